@@ -1,9 +1,36 @@
-//! The fifth-order model of a pneumatic servo positioner (Valdiero, Ritter, Rios, Rafikov 2011).
+//! The fifth-order model of a pneumatic servo positioner (Valdiero, Ritter, Rios, Rafikov 2011), as one source for the
+//! desktop and the microcontroller.
+//!
+//! ```text
+//!  command u ─ delay ─ play ─ spool lag ─ dead zone ─ valve flow ─ chamber pressures ─ motion ─ sensors
+//!              └────────── command path ──────────┘   (3.2, 3.3)      (3.6, 3.7)     (3.8…3.12)
+//! ```
+//!
+//! - [`Rig`] holds nominal parameters, [`Effects`] what a real rig adds to the paper; [`Plant`] combines both.
+//! - [`Plant::derivative`] is the right-hand side, written once and generic over `f32` and `f64`.
+//! - [`Stepper`] integrates it; [`Simulator`] adds the command path and the sensors and is what most callers want.
+//!
+//! Equation numbers are the paper's; `docs/model.md` lists where the paper is wrong and what it leaves out.
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod chamber;
+mod command_path;
+pub mod dead_zone;
+pub mod effects;
+pub mod friction;
+mod plant;
 mod real;
 mod rig;
+mod sensors;
+mod simulator;
+mod stepper;
+pub mod valve_flow;
 
+pub use effects::{Effect, Effects};
+pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{Cylinder, Friction, Gas, Load, ParameterError, Rig, Supply, Valve};
+pub use sensors::Measurement;
+pub use simulator::Simulator;
+pub use stepper::{Stepper, Tolerance};

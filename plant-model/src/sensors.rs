@@ -1,0 +1,69 @@
+//! What the sensors make of the state: gain, offsets, and a position signal that comes late.
+
+use crate::plant::{Coefficients, State};
+use crate::real::Real;
+use heapless::Deque;
+
+/// What a data logger would record, before noise and quantisation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measurement<R> {
+    /// Position, m.
+    pub y_m: R,
+    /// Pressure of chamber A, Pa absolute.
+    pub p_a_pa: R,
+    /// Pressure of chamber B, Pa absolute.
+    pub p_b_pa: R,
+    /// Supply pressure, Pa absolute.
+    pub p_sup_pa: R,
+}
+
+/// Past positions as far back as the position signal is late.
+#[derive(Clone, Debug)]
+pub(crate) struct Sensors<R, const N: usize> {
+    delay_s: R,
+    past: Deque<(R, R), N>,
+}
+
+impl<R: Real, const N: usize> Sensors<R, N> {
+    pub(crate) fn new(delay_s: R) -> Self {
+        Self { delay_s, past: Deque::new() }
+    }
+
+    /// Records the position at the start of an interval of `dt` seconds.
+    #[inline]
+    pub(crate) fn record(&mut self, y_m: R, dt_s: R) {
+        if self.delay_s <= R::ZERO {
+            return;
+        }
+        if self.past.is_full() {
+            self.past.pop_back();
+        }
+        // A place was freed above.
+        let _ = self.past.push_front((dt_s, y_m));
+    }
+
+    /// The measurement of the present state.
+    #[inline]
+    pub(crate) fn measure(&self, model: &Coefficients<R>, state: &State<R>) -> Measurement<R> {
+        Measurement {
+            y_m: model.position_scale * self.late_position(state.y_m),
+            p_a_pa: state.p_a_sensed_pa + model.pressure_a_offset_pa,
+            p_b_pa: state.p_b_sensed_pa + model.pressure_b_offset_pa,
+            p_sup_pa: state.p_sup_pa,
+        }
+    }
+
+    /// Linear interpolation between recorded positions; before the first record the piston stood there.
+    fn late_position(&self, now_m: R) -> R {
+        let mut later = now_m;
+        let mut age = self.delay_s;
+        for &(dt, earlier) in &self.past {
+            if age <= dt {
+                return later + (earlier - later) * (age / dt);
+            }
+            age -= dt;
+            later = earlier;
+        }
+        later
+    }
+}

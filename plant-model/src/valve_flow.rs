@@ -1,0 +1,133 @@
+//! Mass flow through the valve's orifices (3.2, 3.3), and the ISO 6358 law that may replace it.
+
+use crate::real::Real;
+
+/// How far an orifice pair is open: `|atan(2 w)|`, and which chamber is being filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening<R> {
+    /// `|atan(2 w)|`, rad, 0 to pi/2. The 2 carries 1/V.
+    pub magnitude: R,
+    /// Whether chamber A is filled and B exhausted (`w >= 0`), or the other way round.
+    pub fills_a: bool,
+    /// Derivative of the magnitude by `w`, 1/V.
+    pub gain_per_v: R,
+}
+
+impl<R: Real> Opening<R> {
+    /// The opening at effective command `w` in V.
+    #[inline]
+    #[must_use]
+    pub fn at(w: R) -> Self {
+        let two_w = w + w;
+        let fills_a = w >= R::ZERO;
+        let gain = (R::ONE + R::ONE) / (R::ONE + two_w * two_w);
+        Self { magnitude: two_w.abs().atan(), fills_a, gain_per_v: if fills_a { gain } else { -gain } }
+    }
+}
+
+/// A mass flow into a chamber and its partial derivatives, for the integrator's Jacobian.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Flow<R> {
+    /// Flow into the chamber, kg/s.
+    pub mass_flow: R,
+    /// Derivative by the chamber's pressure, kg/(s Pa).
+    pub by_chamber: R,
+    /// Derivative by the supply pressure, kg/(s Pa).
+    pub by_supply: R,
+}
+
+/// Conductances of the two orifices a chamber is connected to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orifices<R> {
+    /// `beta` of filling, kg/(s Pa).
+    pub fill: R,
+    /// `beta` of exhausting, kg/(s Pa).
+    pub exhaust: R,
+    /// ISO 6358 law, if it replaces the linear one.
+    pub iso6358: Option<Iso6358<R>>,
+}
+
+/// Parameters of the ISO 6358 law `q = C p_up psi(p_down / p_up)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iso6358<R> {
+    /// Critical pressure ratio `b`, 0 to below 1.
+    pub critical_ratio: R,
+    /// `C` of filling, kg/(s Pa) per rad of opening.
+    pub fill: R,
+    /// `C` of exhausting, kg/(s Pa) per rad of opening.
+    pub exhaust: R,
+}
+
+/// Above this pressure ratio the ISO law's infinite slope is replaced by a straight (laminar) line to zero flow.
+const LAMINAR_RATIO: f64 = 0.999;
+
+/// `psi(r)` of ISO 6358 and its derivative, laminar near `r = 1`.
+#[inline]
+#[must_use]
+pub fn psi<R: Real>(ratio: R, critical: R) -> (R, R) {
+    if ratio <= critical {
+        return (R::ONE, R::ZERO);
+    }
+    let span = R::ONE - critical;
+    let curve = |r: R| {
+        let s = (r - critical) / span;
+        let root = (R::ONE - s * s).at_least(R::ZERO).sqrt();
+        (root, s)
+    };
+    let laminar = R::of(LAMINAR_RATIO);
+    if ratio >= laminar {
+        let (root, _) = curve(laminar);
+        let slope = -root / (R::ONE - laminar);
+        return ((R::ONE - ratio).at_least(R::ZERO) * -slope, slope);
+    }
+    let (root, s) = curve(ratio);
+    (root, -s / (span * root))
+}
+
+/// Flow through one orifice from `up` to `down` by ISO 6358, positive that way, with derivatives by both.
+#[inline]
+fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
+    if down > up {
+        let (q, by_down, by_up) = iso_flow(conductance, critical, down, up);
+        return (-q, -by_up, -by_down);
+    }
+    let ratio = down / up;
+    let (value, slope) = psi(ratio, critical);
+    (conductance * up * value, conductance * (value - slope * ratio), conductance * slope)
+}
+
+impl<R: Real> Orifices<R> {
+    /// Flow into a chamber at pressure `p` through the open orifice (3.2, 3.3); all pressures Pa absolute.
+    ///
+    /// `filling` connects the chamber to the supply, otherwise it is connected to atmosphere.
+    #[inline]
+    #[must_use]
+    pub fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+        if let Some(iso) = &self.iso6358 {
+            return iso.inflow(filling, magnitude, p, supply, atmosphere);
+        }
+        if filling {
+            let conductance = self.fill * magnitude;
+            Flow { mass_flow: (supply - p) * self.fill * magnitude, by_chamber: -conductance, by_supply: conductance }
+        } else {
+            let conductance = self.exhaust * magnitude;
+            Flow {
+                mass_flow: -((p - atmosphere) * self.exhaust * magnitude),
+                by_chamber: -conductance,
+                by_supply: R::ZERO,
+            }
+        }
+    }
+}
+
+impl<R: Real> Iso6358<R> {
+    fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+        if filling {
+            let (mass_flow, by_supply, by_chamber) = iso_flow(self.fill * magnitude, self.critical_ratio, supply, p);
+            Flow { mass_flow, by_chamber, by_supply }
+        } else {
+            let (out, by_chamber, _) = iso_flow(self.exhaust * magnitude, self.critical_ratio, p, atmosphere);
+            Flow { mass_flow: -out, by_chamber: -by_chamber, by_supply: R::ZERO }
+        }
+    }
+}
