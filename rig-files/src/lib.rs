@@ -1,1 +1,35 @@
-//! Under construction.
+//! The two file formats of the project: the rig file (TOML) and the log (CSV).
+//!
+//! Parsing is strict: an unknown key, a missing column, text where a number belongs, a NaN or time that goes backwards
+//! gives one [`InputError`] naming the file, the line or key, and the remedy. Files are written to a temporary name and
+//! renamed, so that a reader never sees half a file.
+//!
+//! ```
+//! use rig_files::RigFile;
+//! let rig = RigFile::paper_a();
+//! let text = rig.to_toml();
+//! assert_eq!(RigFile::parse(&text, "paper-a.toml")?, rig);
+//! # Ok::<(), rig_files::InputError>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod document;
+mod error;
+mod io;
+mod keys;
+mod log;
+mod rig_file;
+mod rig_toml;
+mod table;
+mod tolerance;
+mod write;
+
+pub use document::{Document, Entry};
+pub use error::{InputError, closest};
+pub use io::{Converter, Io};
+pub use keys::{RIG_KEYS, RigKey, rig_key};
+pub use log::{Column, Gap, Log};
+pub use rig_file::RigFile;
+pub use table::{Expected, Table};
+pub use tolerance::Tolerance;
+pub use write::{read_text, write_file};

@@ -1,0 +1,54 @@
+//! Writing a rig file so that it reads back to the same values, bit for bit.
+
+use crate::keys::RIG_KEYS;
+use crate::rig_file::RigFile;
+use std::fmt::Write as _;
+
+impl RigFile {
+    /// The rig as TOML; [`RigFile::parse`] gives the same rig back.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write_toml(&mut text);
+        text
+    }
+
+    fn write_toml(&self, text: &mut String) -> std::fmt::Result {
+        writeln!(text, "name = {}", toml::Value::from(self.name.as_str()))?;
+        let mut table = "";
+        for key in RIG_KEYS {
+            if key.table != table {
+                table = key.table;
+                writeln!(text, "\n[{table}]")?;
+            }
+            writeln!(text, "{} = {}", key.name, number(key.get(&self.rig)))?;
+        }
+        let io = &self.io;
+        let range = |[low, high]: [f64; 2]| format!("[{}, {}]", number(low), number(high));
+        writeln!(text, "\n[io]")?;
+        writeln!(text, "position_range_m = {}", range(io.position_range_m))?;
+        writeln!(text, "pressure_range_pa = {}", range(io.pressure_range_pa))?;
+        writeln!(text, "adc_bits = {}", io.adc_bits)?;
+        writeln!(text, "valve_range_v = {}", range(io.valve_range_v))?;
+        writeln!(text, "dac_bits = {}", io.dac_bits)?;
+        writeln!(text, "tick_hz = {}", io.tick_hz)?;
+        writeln!(text, "\n[tolerance]")?;
+        writeln!(text, "default = {}", number(self.tolerance.default))?;
+        for (key, value) in self.tolerance.entries() {
+            writeln!(text, "{} = {}", key.name, number(value))?;
+        }
+        for (effect, values) in self.effects.iter() {
+            writeln!(text, "\n[effects.{}]", effect.id())?;
+            for (info, value) in effect.info().parameters.iter().zip(values) {
+                writeln!(text, "{} = {}", info.name, number(*value))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The shortest decimal that reads back to the same bits, as a TOML float.
+pub(crate) fn number(value: f64) -> String {
+    format!("{value:?}")
+}

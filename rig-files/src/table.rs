@@ -1,0 +1,161 @@
+//! A strict CSV table of numbers: header row, known columns, finite values, blanks where a sample is missing.
+
+use crate::document::shorten;
+use crate::error::{InputError, closest};
+use crate::write::to_text;
+use std::path::Path;
+
+/// A column a table may have.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    /// Header text.
+    pub name: &'static str,
+    /// A table without it is refused.
+    pub required: bool,
+    /// A blank field is a missing sample (read as NaN); otherwise it is an error.
+    pub blanks: bool,
+}
+
+/// Numbers by column, in the order of the expected columns; absent columns are `None`, missing samples NaN.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// One entry per expected column.
+    pub columns: Vec<Option<Vec<f64>>>,
+    /// Number of data rows.
+    pub rows: usize,
+}
+
+const SEPARATOR_REMEDY: &str =
+    "separate fields by commas, with a point for decimals, or convert with `plant-sim import`";
+
+impl Table {
+    /// Reads a table from a file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or [`Table::parse`] refuses it.
+    pub fn read(path: &Path, expected: &[Expected]) -> Result<Self, InputError> {
+        let file = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|error| InputError::unreadable(&file, &error))?;
+        Self::parse(bytes, &file, expected)
+    }
+
+    /// Parses a table; the first expected column is the time and must increase from row to row.
+    ///
+    /// # Errors
+    /// Encoding, separators, header (missing, unknown or duplicate column), a field that is no finite number, a row of
+    /// another length, time that repeats or goes backwards, no data at all; each with its line.
+    pub fn parse(bytes: Vec<u8>, file: &str, expected: &[Expected]) -> Result<Self, InputError> {
+        let text = to_text(bytes, file)?;
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
+        let mut record = csv::ByteRecord::new();
+        let bad_csv = |error: csv::Error| InputError::new(file, format!("is not CSV: {error}"), SEPARATOR_REMEDY);
+
+        if !reader.read_byte_record(&mut record).map_err(bad_csv)? {
+            return Err(InputError::new(file, "has no header row", "name the columns in the first line"));
+        }
+        let header_line = record.position().map_or(1, csv::Position::line);
+        let places = header(&record, file, header_line, expected)?;
+        let width = record.len();
+
+        let guess = text.len() / (8 * width).max(1);
+        let mut columns: Vec<Option<Vec<f64>>> = vec![None; expected.len()];
+        for &place in &places {
+            columns[place] = Some(Vec::with_capacity(guess));
+        }
+        let mut rows = 0;
+        let mut last_t = f64::NEG_INFINITY;
+        while reader.read_byte_record(&mut record).map_err(bad_csv)? {
+            let at_line = |error: InputError| error.at_line(record.position().map_or(0, csv::Position::line));
+            if record.len() != width {
+                let problem = format!("has {} fields where the header names {width}", record.len());
+                return Err(at_line(InputError::new(file, problem, SEPARATOR_REMEDY)));
+            }
+            for (&place, field) in places.iter().zip(&record) {
+                let column = &expected[place];
+                let value = number(field, column).map_err(|(problem, remedy)| {
+                    at_line(InputError::new(file, format!("column `{}` {problem}", column.name), remedy))
+                })?;
+                if place == 0 {
+                    if value <= last_t {
+                        let problem = format!("column `{}` goes from {last_t} to {value}", column.name);
+                        let remedy = "time must increase from row to row: sort the rows and remove repeated ones";
+                        return Err(at_line(InputError::new(file, problem, remedy)));
+                    }
+                    last_t = value;
+                }
+                if let Some(values) = &mut columns[place] {
+                    values.push(value);
+                }
+            }
+            rows += 1;
+        }
+        if rows == 0 {
+            let remedy = "check that the program that made it has finished";
+            return Err(InputError::new(file, "has a header row but no data", remedy));
+        }
+        Ok(Self { columns, rows })
+    }
+}
+
+/// Which expected column each field of the header is.
+fn header(record: &csv::ByteRecord, file: &str, line: u64, expected: &[Expected]) -> Result<Vec<usize>, InputError> {
+    let fail = |problem: String, remedy: String| Err(InputError::new(file, problem, remedy).at_line(line));
+    let known = || expected.iter().map(|column| column.name);
+    if record.len() == 1 && record.get(0).is_some_and(|field| field.iter().any(|b| matches!(b, b';' | b'\t'))) {
+        return fail("uses `;` or tabs between fields".to_string(), SEPARATOR_REMEDY.to_string());
+    }
+    let mut places = Vec::with_capacity(record.len());
+    for field in record {
+        let name = String::from_utf8_lossy(field.trim_ascii()).into_owned();
+        let Some(place) = known().position(|known| known == name) else {
+            if name.parse::<f64>().is_ok() {
+                let remedy = format!("put a header row on top, of: {}", known().collect::<Vec<_>>().join(","));
+                return fail(format!("has the number {name} where the header row should be"), remedy);
+            }
+            let remedy = match closest(&name, known()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("remove it; known columns: {}", known().collect::<Vec<_>>().join(", ")),
+            };
+            return fail(format!("column `{}` is not known", shorten(&name)), remedy);
+        };
+        if places.contains(&place) {
+            return fail(format!("column `{name}` appears twice"), "remove or rename one of them".to_string());
+        }
+        places.push(place);
+    }
+    for (place, column) in expected.iter().enumerate() {
+        if column.required && !places.contains(&place) {
+            let remedy = format!("add it to the header row, which has: {}", header_text(record));
+            return fail(format!("column `{}` is missing", column.name), remedy);
+        }
+    }
+    Ok(places)
+}
+
+fn header_text(record: &csv::ByteRecord) -> String {
+    record.iter().map(|field| shorten(&String::from_utf8_lossy(field.trim_ascii()))).collect::<Vec<_>>().join(",")
+}
+
+/// A field as a number; NaN for a blank one where blanks are allowed.
+fn number(field: &[u8], column: &Expected) -> Result<f64, (String, String)> {
+    let field = field.trim_ascii();
+    if field.is_empty() {
+        return if column.blanks {
+            Ok(f64::NAN)
+        } else {
+            Err(("is blank".to_string(), "give every row a value, or remove the row".to_string()))
+        };
+    }
+    let text = std::str::from_utf8(field).unwrap_or_default();
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => {
+            let remedy = if column.blanks { "leave the field blank for a missing sample" } else { "give it a value" };
+            Err((format!("is `{}`, which is not a finite number", shorten(text)), remedy.to_string()))
+        }
+        Err(_) => {
+            let remedy = "write plain numbers such as -1.5e-3, and leave the field blank for a missing sample";
+            Err((format!("is `{}` where a number belongs", shorten(text)), remedy.to_string()))
+        }
+    }
+}
