@@ -28,7 +28,7 @@ mod stepper;
 pub mod valve_flow;
 
 pub use effects::{Effect, Effects};
-pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
+pub use plant::{Coefficients, Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{Cylinder, Friction, Gas, Load, ParameterError, Rig, Supply, Valve};
 pub use sensors::Measurement;
