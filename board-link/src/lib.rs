@@ -1,0 +1,33 @@
+//! What board and desktop say to each other over the virtual COM port.
+//!
+//! The desktop asks, the board answers; nothing is ever sent unasked. One request travels as one frame:
+//!
+//! ```text
+//!   0x00 │ COBS( postcard(Request) │ CRC-32, little-endian ) │ 0x00
+//! ```
+//!
+//! The leading zero ends whatever half a frame a broken connection left behind, so it costs one frame at most, never
+//! two. A frame that is malformed, too long, corrupt, of another protocol version, out of session or not newer than
+//! the last one **changes nothing**: [`Accumulator`] and [`Session`] settle that before any command is looked at.
+//!
+//! | idea | file |
+//! | --- | --- |
+//! | bytes to frames and back | `frame.rs` |
+//! | requests, commands, answers | `message.rs` |
+//! | sessions, sequence numbers, repeated requests | `session.rs` |
+//! | setpoint generators and their limits | `generator.rs` |
+//! | named parameters with unit, range and default | `parameter.rs` |
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod frame;
+mod generator;
+mod message;
+mod parameter;
+mod session;
+
+pub use frame::{Accumulator, EncodeError, FRAME_BYTES, FrameError, encode};
+pub use generator::{Generator, GeneratorError, HIGHEST_SINE_MILLIHERTZ, LONGEST_MS, POSITION_LIMIT_UM};
+pub use message::{Command, PROTOCOL_VERSION, Refusal, Reply, Request, Response, StateWord, Status, TextWord, Version};
+pub use parameter::{Parameter, ParameterError, ParameterInfo};
+pub use session::{Admission, Session};

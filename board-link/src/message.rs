@@ -1,0 +1,156 @@
+//! Requests and answers.
+
+use heapless::String;
+use serde::{Deserialize, Serialize};
+
+use crate::generator::{Generator, GeneratorError};
+use crate::parameter::{Parameter, ParameterError};
+
+/// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
+pub const PROTOCOL_VERSION: u8 = 1;
+
+/// One request of the desktop. The version stands first and is one byte, so that any version can read it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// [`PROTOCOL_VERSION`] of the sender.
+    pub version: u8,
+    /// The session the board gave in answer to [`Command::Hello`]; ignored for `Hello` itself.
+    pub session: u32,
+    /// Rises with every new request of a session. A request sent again (because its answer was lost) keeps its number.
+    pub sequence: u32,
+    /// What to do.
+    pub command: Command,
+}
+
+/// What the board can be asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Command {
+    /// Opens a session. `nonce` is any number; it is mixed into the session's.
+    Hello {
+        /// Any number.
+        nonce: u32,
+    },
+    /// Firmware and protocol version.
+    Version,
+    /// State, readings and counters.
+    Status,
+    /// Idle → armed. Refused in any other state.
+    Arm,
+    /// Armed or running → idle, valve to mid.
+    Disarm,
+    /// Safe → idle; acknowledges the reason. Refused while the reason persists.
+    Acknowledge,
+    /// What drives the setpoint.
+    Generate(Generator),
+    /// Reads one parameter.
+    Get(Parameter),
+    /// Changes one parameter until the next reset. Only while idle.
+    Set(Parameter, f32),
+    /// Writes all parameters to flash. Only while idle.
+    Save,
+    /// Back to the defaults, until the next reset unless saved. Only while idle.
+    Defaults,
+    /// Bench mode: the on-board model replaces sensors and valve, and the valve output stays at mid. Only while idle.
+    Bench {
+        /// On or off.
+        on: bool,
+    },
+    /// The message of the last panic or fault, if there was one.
+    LastFault,
+    /// Restarts the board. Only while idle.
+    Restart,
+}
+
+/// The board's answer to one request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// [`PROTOCOL_VERSION`] of the board.
+    pub version: u8,
+    /// Session of the request, or the new one for `Hello`.
+    pub session: u32,
+    /// Number of the request answered.
+    pub sequence: u32,
+    /// What came of it.
+    pub result: Result<Reply, Refusal>,
+}
+
+/// `boot`, `idle`, `run`, `safe:supply-low` … as in the telemetry and `plant-sim controller`.
+pub type StateWord = String<40>;
+/// A panic message, as much of it as was kept.
+pub type TextWord = String<160>;
+
+/// A request granted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Reply {
+    /// Done, nothing to tell.
+    Done,
+    /// To `Version`.
+    Version(Version),
+    /// To `Status`.
+    Status(Status),
+    /// To `Get`.
+    Value(f32),
+    /// To `LastFault`: empty if there was none.
+    Text(TextWord),
+}
+
+/// Who is there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Version {
+    /// Package version, `major.minor.patch`.
+    pub firmware: String<16>,
+    /// Board, as in `nucleo-g474re`.
+    pub board: String<24>,
+    /// Ticks per second.
+    pub tick_hz: u32,
+}
+
+/// How the loop is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// State, with the reason after a colon.
+    pub state: StateWord,
+    /// Ticks since start.
+    pub ticks: u32,
+    /// Position, p_a, p_b, p_sup as the control law received them, 0..=65 535.
+    pub codes: [u16; 4],
+    /// Valve code, 0..=4095.
+    pub dac_code: u16,
+    /// Setpoint in force, micrometres from mid-stroke.
+    pub setpoint_um: i32,
+    /// Telemetry records lost because the queue was full.
+    pub telemetry_lost: u32,
+    /// Ticks whose valve code came too late.
+    pub overruns: u32,
+    /// Ticks that began late or never.
+    pub late_ticks: u32,
+    /// Frames thrown away.
+    pub bad_frames: u32,
+    /// Most core clock cycles from the end of sampling to the valve code, since start.
+    pub worst_cycles: u32,
+    /// The simulated plant stands in for the real one.
+    pub bench: bool,
+}
+
+/// A request turned down; it changed nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// The board speaks another protocol version; it is in [`Response::version`].
+    Version,
+    /// No such session: the board has restarted, or another program has said hello.
+    Session,
+    /// Sequence number older than the last.
+    Replayed,
+    /// Not in this state.
+    State,
+    /// A parameter out of range.
+    Parameter(ParameterError),
+    /// A generator out of range.
+    Generator(GeneratorError),
+    /// The parameters do not fit together; none was changed.
+    Configuration,
+    /// Flash could not be written; what was stored before is still there.
+    Storage,
+    /// The control loop did not take the command within a tick or two.
+    Busy,
+}
