@@ -1,0 +1,249 @@
+//! One tick: sensor codes in, valve code out.
+
+use crate::codes::{AdcCode, DacCode};
+use crate::config::Config;
+use crate::modes::{Channel, Command, Mode, Reason};
+use crate::plausibility::{ChannelState, Fault, GLITCH_WEIGHT};
+use crate::quantities::{Position, Pressure, Voltage};
+use crate::setpoint::SetpointState;
+
+/// What the shell hands in each tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Inputs {
+    /// Where the piston should be, m; limited to the setpoint range.
+    pub reference: Position,
+    /// Piston position.
+    pub position: AdcCode,
+    /// Pressure of chamber A.
+    pub pressure_a: AdcCode,
+    /// Pressure of chamber B.
+    pub pressure_b: AdcCode,
+    /// Supply pressure; ignored when the configuration says that there is no such sensor. With the sensor configured,
+    /// `None` counts as a code out of range.
+    pub supply: Option<AdcCode>,
+    /// A command of the operator, if one arrived since the last tick.
+    pub command: Option<Command>,
+    /// Whether the host has been heard since the last tick.
+    pub host_heard: bool,
+    /// What the shell found wrong.
+    pub faults: ExternalFaults,
+}
+
+/// Faults that only the shell can see, each for this tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExternalFaults {
+    /// A tick between this one and the last did not happen.
+    pub missed_tick: bool,
+    /// The last tick began or ended too late.
+    pub late_tick: bool,
+    /// A conversion was overwritten before it was read.
+    pub overrun: bool,
+    /// The on-board model cannot explain the readings; already debounced by the monitor.
+    pub model_disagreement: bool,
+}
+
+/// What the controller hands out each tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outputs {
+    /// What to write to the DAC.
+    pub dac: DacCode,
+    /// The mode after this tick.
+    pub mode: Mode,
+    /// The quantities behind it.
+    pub telemetry: Telemetry,
+}
+
+/// The quantities of one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Telemetry {
+    /// The reference after the setpoint limiter.
+    pub reference: Position,
+    /// The position the law used: the last good reading.
+    pub position: Position,
+    /// Last good pressure of chamber A.
+    pub pressure_a: Pressure,
+    /// Last good pressure of chamber B.
+    pub pressure_b: Pressure,
+    /// Last good supply pressure; `None` without the sensor.
+    pub supply: Option<Pressure>,
+    /// Effective voltage `w` asked for by the law; zero unless running.
+    pub w: Voltage,
+    /// Valve voltage `u`, before rounding to a DAC code.
+    pub u: Voltage,
+}
+
+/// Everything that one tick hands to the next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    mode: Mode,
+    reset: Option<Reason>,
+    begin: bool,
+    position: ChannelState,
+    pressure_a: ChannelState,
+    pressure_b: ChannelState,
+    supply: ChannelState,
+    setpoint: SetpointState,
+    supply_low: u16,
+    missed: u16,
+    late: u16,
+    overrun: u16,
+    host_silent: u32,
+}
+
+impl State {
+    /// After power-on or reset: boot, self-test, then idle. A `reset` reason leads to safe instead, latched until the
+    /// operator resets the fault.
+    #[must_use]
+    pub fn boot(reset: Option<Reason>) -> Self {
+        Self { reset, ..Self::default() }
+    }
+
+    /// Already armed, self-test skipped: for simulation and for co-processes, where no one is there to arm.
+    #[must_use]
+    pub fn armed() -> Self {
+        Self { mode: Mode::Run, begin: true, ..Self::default() }
+    }
+
+    /// The present mode.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Whether a channel is known to be noisy, so that silence on it counts as stuck.
+    #[must_use]
+    pub fn noisy(&self, channel: Channel) -> bool {
+        match channel {
+            Channel::Position => self.position.noisy(),
+            Channel::PressureA => self.pressure_a.noisy(),
+            Channel::PressureB => self.pressure_b.noisy(),
+            Channel::Supply => self.supply.noisy(),
+        }
+    }
+}
+
+/// Runs one tick.
+#[inline]
+pub fn step(config: &Config, state: &mut State, inputs: Inputs) -> Outputs {
+    let fault = judge(config, state, &inputs);
+    advance_mode(config, state, inputs.command, fault);
+
+    let position = Position::from_bits(state.position.good());
+    if state.begin && state.position.seen() {
+        state.setpoint = SetpointState::at(position);
+        state.begin = false;
+    }
+    let (reference, w, u) = if state.mode == Mode::Run && state.position.seen() {
+        let reference = config.setpoint.advance(&mut state.setpoint, inputs.reference);
+        let w = config.law.effective_voltage(reference, position);
+        (reference, w, config.inverse.valve_voltage(w))
+    } else {
+        (position, Voltage::ZERO, config.safe_voltage)
+    };
+    Outputs {
+        dac: config.dac.code(u),
+        mode: state.mode,
+        telemetry: Telemetry {
+            reference,
+            position,
+            pressure_a: Pressure::from_bits(state.pressure_a.good()),
+            pressure_b: Pressure::from_bits(state.pressure_b.good()),
+            supply: config.supply_sensor.then(|| Pressure::from_bits(state.supply.good())),
+            w,
+            u,
+        },
+    }
+}
+
+/// What is wrong this tick, the most telling reason first.
+#[inline]
+fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> {
+    let testing = !matches!(state.mode, Mode::Run | Mode::Idle);
+    // Before the first good reading, nothing tells an end stop from a broken wire.
+    let rail_is_fault = config.position_rail_is_fault || testing || !state.position.seen();
+    // Every channel takes its code every tick, whatever the others say.
+    let position = config.position.check(&mut state.position, inputs.position, rail_is_fault);
+    let pressure_a = config.pressure.check(&mut state.pressure_a, inputs.pressure_a, true);
+    let pressure_b = config.pressure.check(&mut state.pressure_b, inputs.pressure_b, true);
+    let supply = if config.supply_sensor {
+        config.pressure.check(&mut state.supply, inputs.supply.unwrap_or(AdcCode(0)), true)
+    } else {
+        None
+    };
+    let supply_low = config.supply_sensor
+        && state.supply.seen()
+        && bucket(
+            &mut state.supply_low,
+            Pressure::from_bits(state.supply.good()) < config.supply_minimum,
+            config.glitch_ticks * GLITCH_WEIGHT,
+        );
+    let overrun = bucket(&mut state.overrun, inputs.faults.overrun, config.timing_limit);
+    let missed = bucket(&mut state.missed, inputs.faults.missed_tick, config.timing_limit);
+    let late = bucket(&mut state.late, inputs.faults.late_tick, config.timing_limit);
+    state.host_silent = if inputs.host_heard { 0 } else { state.host_silent.saturating_add(1) };
+
+    let running = state.mode == Mode::Run;
+    None.or(position.map(|fault| reason(fault, Channel::Position)))
+        .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
+        .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
+        .or(supply.map(|fault| reason(fault, Channel::Supply)))
+        .or((running && supply_low).then_some(Reason::SupplyLow))
+        .or((running && overrun).then_some(Reason::Overrun))
+        .or((running && missed).then_some(Reason::MissedTick))
+        .or((running && late).then_some(Reason::LateTick))
+        .or((running && inputs.faults.model_disagreement).then_some(Reason::ModelDisagreement))
+        .or((running && state.host_silent >= config.command_time_out_ticks).then_some(Reason::CommandTimeOut))
+}
+
+fn reason(fault: Fault, channel: Channel) -> Reason {
+    match fault {
+        Fault::Range => Reason::Range(channel),
+        Fault::Rate => Reason::Rate(channel),
+        Fault::Stuck => Reason::Stuck(channel),
+    }
+}
+
+/// Fills on a bad tick, empties a third as fast on a good one; true when full.
+#[inline]
+fn bucket(level: &mut u16, bad: bool, limit: u16) -> bool {
+    *level = if bad { level.saturating_add(GLITCH_WEIGHT).min(limit) } else { level.saturating_sub(1) };
+    *level >= limit
+}
+
+#[inline]
+fn advance_mode(config: &Config, state: &mut State, command: Option<Command>, fault: Option<Reason>) {
+    let mode = match (state.mode, fault, command) {
+        (Mode::Safe(_), _, Some(Command::ResetFault)) => {
+            for channel in [&mut state.position, &mut state.pressure_a, &mut state.pressure_b, &mut state.supply] {
+                channel.clear();
+            }
+            (state.missed, state.late, state.overrun, state.supply_low) = (0, 0, 0, 0);
+            Mode::SelfTest { ticks_left: config.self_test_ticks }
+        }
+        (Mode::Safe(reason), _, _) => Mode::Safe(reason),
+        (Mode::Boot, _, _) => match state.reset {
+            Some(reason) => Mode::Safe(reason),
+            None => Mode::SelfTest { ticks_left: config.self_test_ticks },
+        },
+        (_, Some(reason), _) => Mode::Safe(reason),
+        (Mode::SelfTest { ticks_left }, None, _) => {
+            let all_seen = state.position.seen()
+                && state.pressure_a.seen()
+                && state.pressure_b.seen()
+                && (state.supply.seen() || !config.supply_sensor);
+            match ticks_left.saturating_sub(1) {
+                0 if all_seen => Mode::Idle,
+                ticks_left => Mode::SelfTest { ticks_left },
+            }
+        }
+        (Mode::Idle, None, Some(Command::Arm)) => {
+            state.begin = true;
+            // Silence before arming does not count: a time-out of the host begins now.
+            state.host_silent = 0;
+            Mode::Run
+        }
+        (Mode::Run, None, Some(Command::Disarm)) => Mode::Idle,
+        (mode, None, _) => mode,
+    };
+    state.mode = mode;
+}
