@@ -49,8 +49,12 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 fn within(key: &'static str, value: f32, low: f64, high: f64, must: &'static str) -> Result<f64, ConfigError> {
-    let wide = f64::from(value);
-    if wide >= low && wide <= high { Ok(wide) } else { Err(ConfigError { key, value: wide, must }) }
+    // In f32, so that a limit typed as the value is accepted: 3.9 as f32 is a hair above 3.9 as f64.
+    if value >= low as f32 && value <= high as f32 {
+        Ok(f64::from(value))
+    } else {
+        Err(ConfigError { key, value: f64::from(value), must })
+    }
 }
 
 fn range(
@@ -101,10 +105,10 @@ impl Config {
         let positions = range(
             "position_range_m",
             p.position_range_m,
-            -7.9,
-            7.9,
-            1.0e-3,
-            "be two positions within ±7.9 m, the first at least 1 mm below the second",
+            -3.9,
+            3.9,
+            1.0e-2,
+            "be two positions within ±3.9 m, the first at least 10 mm below the second",
         )?;
         let pressures = range(
             "pressure_range_pa",
@@ -169,8 +173,9 @@ impl Config {
             [glitch_limit, stuck_ticks],
         );
 
-        let gain = within("gain_v_per_m", p.gain_v_per_m, 0.0, 30_000.0, "be from 0 to 30000 (volts per metre)")?;
-        let (inverse, dac, safe_voltage) = output(p, dac_max)?;
+        let gain = within("gain_v_per_m", p.gain_v_per_m, 0.0, 10_000.0, "be from 0 to 10000 (volts per metre)")?;
+        let (inverse, dac, safe_voltage) =
+            output(p, dac_max, gain, (positions[1] - positions[0]) / f64::from(adc_max))?;
         let supply_minimum = within(
             "supply_minimum_pa",
             p.supply_minimum_pa,
@@ -213,6 +218,12 @@ impl Config {
     #[must_use]
     pub fn scales(&self) -> (&AdcScale, &AdcScale) {
         (&self.position.scale, &self.pressure.scale)
+    }
+
+    /// The limits of the reference.
+    #[must_use]
+    pub fn setpoint_limits(&self) -> &SetpointLimits {
+        &self.setpoint
     }
 
     /// Valve voltage → code.
@@ -290,11 +301,15 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
                 (tick_hz * 50.0).min(30_000.0),
                 "be from 4e-6 tick_hz (at least 0.001) to 50 tick_hz (at most 30000) (metres per second squared), or absent",
             )?;
+            let velocity_step = scaled(acceleration / tick_hz, 24);
+            // What the rounded velocity step amounts to, less the rounding of the tick: the braking curve must never
+            // promise more than the steps can do.
+            let braking = velocity_step as f64 / (1_u32 << 24) as f64 * tick_hz * (1.0 - 2.0e-6);
             Motion::Smooth(Smooth {
                 max_velocity: Velocity::from_bits(scaled(velocity.unwrap_or(50.0), 24) as i32),
-                velocity_step: Velocity::from_bits(scaled(acceleration / tick_hz, 24) as i32),
-                two_acceleration_q16: scaled(2.0 * acceleration, 16) as u32,
-                landing_q56: scaled(acceleration / (tick_hz * tick_hz), 56),
+                velocity_step: Velocity::from_bits(velocity_step as i32),
+                two_acceleration_q16: (2.0 * braking * 65_536.0) as u32,
+                landing_q56: scaled(braking / (tick_hz * tick_hz), 56),
                 tick_q32: scaled(1.0 / tick_hz, 32) as u32,
                 tick_hz: p.tick_hz,
             })
@@ -304,7 +319,12 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
     Ok(SetpointLimits { low: position(low), high: position(high), motion })
 }
 
-fn output(p: &Parameters, dac_max: u16) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
+fn output(
+    p: &Parameters,
+    dac_max: u16,
+    gain: f64,
+    position_code: f64,
+) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
     let volts = |value: f64| Voltage::from_bits(scaled(value, Voltage::FRAC_NBITS) as i32);
     let q16 = |value: f64| scaled(value, 16) as i32;
     let [lo, hi] = range(
@@ -337,16 +357,35 @@ fn output(p: &Parameters, dac_max: u16) -> Result<(DeadZoneInverse, DacScale, Vo
     }
     let slope_right = within("slope_right", p.slope_right, 0.05, 20.0, "be from 0.05 to 20")?;
     let slope_left = within("slope_left", p.slope_left, 0.05, 20.0, "be from 0.05 to 20")?;
-    let blend = within("dead_zone_blend_v", p.dead_zone_blend_v, 5.0e-4, 1.0, "be from 0.0005 to 1 (volts)")?;
+    // One code of noise must not cross the dead zone; without a dead zone the band has no effect.
+    let least = if left < right { (gain * position_code).max(5.0e-4) } else { 5.0e-4 };
+    if least > 0.5 {
+        return Err(ConfigError {
+            key: "gain_v_per_m",
+            value: gain,
+            must: "not turn one code of the position into more than 0.5 V, or the dead zone cannot be compensated (lower \
+                   the gain or narrow position_range_m)",
+        });
+    }
+    let blend = match p.dead_zone_blend_v {
+        None => ((hi - lo) / f64::from(dac_max)).max(2.0 * least),
+        Some(blend) => within(
+            "dead_zone_blend_v",
+            blend,
+            least,
+            1.0,
+            "be at least gain_v_per_m times one code of the position and 0.0005, and at most 1 (volts); or absent",
+        )?,
+    };
     let centre = 0.5 * (right + left);
-    // (right − centre) / blend is at most 100 V / 0.5 mV = 200,000, beyond I16F16: limit it by the key that caused it.
-    let (rise_right, rise_left) =
-        ((right - centre) / blend + 1.0 / slope_right, (centre - left) / blend + 1.0 / slope_left);
+    // At most (100 V / 0.5 mV + 20): beyond I16F16.
+    let rise_right = (right - centre) / blend + 1.0 / slope_right;
+    let rise_left = (centre - left) / blend + 1.0 / slope_left;
     if rise_right.max(rise_left) > 30_000.0 {
         return Err(ConfigError {
             key: "dead_zone_blend_v",
             value: blend,
-            must: "be at least 1/60000 of the dead zone's width (make it larger)",
+            must: "be at least 1/60000 of the dead zone's width (volts)",
         });
     }
     let safe = match p.safe_voltage_v {

@@ -15,13 +15,15 @@
 //! then be thrown from one side to the other every tick. The band `±ε` replaces the jump by two straight lines through
 //! the middle of the dead zone: continuous, strictly monotone, and at `w = 0` both chambers are blocked.
 //!
-//! **Choosing ε.** Inside the band the valve hardly opens, so the piston may rest within `±ε / K_p` of its target: small is
-//! precise. Noise of the position, times `K_p`, should stay well inside the band, or the noise opens the valve: large is
-//! quiet. The default of 2.5 mV, one code of the 12-bit output over ±5 V, is three times the four-sigma noise of a
-//! 0.05 mm sensor at 4 V/m, and below it the output could not resolve `w` anyway. One position code (15 µm of 1 m) then moves
-//! `u` by 10 mV inside the dead zone, where no air flows, and by 0.06 mV outside.
+//! **Choosing ε** (`dead_zone_blend_v`). Inside the band the valve hardly opens, so the piston may rest within `±ε / K_p`
+//! of its target: small is precise. Noise of the position, times `K_p`, should stay well inside the band, or the noise opens
+//! the valve: large is quiet. By default ε is one code of the output (2.4 mV for 12 bits over ±5 V), below which the output
+//! could not resolve `w` anyway, and at 4 V/m three times the four-sigma noise of a 0.05 mm sensor. A band narrower than
+//! one position code times `K_p` is refused: with it, a single code of noise could cross the dead zone.
+//! With the default and a dead zone of ±0.42 V, one position code (15 µm of 1 m) moves `u` by 10 mV inside the dead zone,
+//! where no air flows, and by 0.06 mV outside.
 
-use crate::arithmetic::{multiply, saturate};
+use crate::arithmetic::saturate;
 use crate::quantities::Voltage;
 
 /// Break-points, precomputed slopes and the limits of the output.
@@ -63,7 +65,8 @@ impl DeadZoneInverse {
         } else {
             (self.centre, self.blend_slope_left_q16)
         };
-        let u = i64::from(from.to_bits()) + i64::from(multiply(w.to_bits(), slope, 16));
+        // |w · slope| <= 2^62: saturated only after the break-point has been added.
+        let u = i64::from(from.to_bits()) + ((i64::from(w.to_bits()) * i64::from(slope) + (1 << 15)) >> 16);
         Voltage::from_bits(saturate(u)).clamp(self.lowest, self.highest)
     }
 

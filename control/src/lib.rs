@@ -33,7 +33,7 @@
 //! Every quantity has one Q-format (see [`quantities`]). Products are formed in 64 bits, rounded to nearest, and
 //! saturated into the format of the result; sums saturate. Nothing wraps: a wrapped valve command would be a full-scale
 //! reversal.
-#![no_std]
+#![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
 mod arithmetic;
@@ -47,6 +47,8 @@ pub mod plausibility;
 pub mod quantities;
 pub mod setpoint;
 mod tick;
+#[cfg(any(test, feature = "twin"))]
+pub mod twin;
 
 pub use codes::{AdcCode, DacCode};
 pub use config::{Config, ConfigError};

@@ -8,7 +8,7 @@
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct Parameters {
-    /// Position at code 0 and at the highest code, m; within ±7.9. Make the sensor's range a little wider than the
+    /// Position at code 0 and at the highest code, m; within ±3.9. Make the sensor's range a little wider than the
     /// stroke and set `position_margin_m`: otherwise a broken wire looks like a piston at its end stop.
     pub position_range_m: [f32; 2],
     /// Pressure at code 0 and at the highest code, Pa; the same for the three pressure channels; within ±8 MPa.
@@ -24,7 +24,7 @@ pub struct Parameters {
     /// Whether a supply pressure sensor is connected.
     pub supply_sensor: bool,
 
-    /// Proportional gain `K_p`, V/m; 0 … 30,000.
+    /// Proportional gain `K_p`, V/m; 0 … 10,000.
     pub gain_v_per_m: f32,
     /// Lowest and highest position the reference may take, m; absent: the sensor's range.
     pub setpoint_range_m: Option<[f32; 2]>,
@@ -41,9 +41,10 @@ pub struct Parameters {
     pub slope_right: f32,
     /// Slope left of the dead zone, dimensionless; 0.05 … 20.
     pub slope_left: f32,
-    /// Half-width of the band in `w` over which the inverse crosses the dead zone, V; 0.0005 … 1. See
+    /// Half-width of the band in `w` over which the inverse crosses the dead zone, V; at least the gain times one position
+    /// code, at most 1. Absent: one DAC code, or the gain times two position codes if that is more. See
     /// [`dead_zone_inverse`](crate::dead_zone_inverse) for how to choose it.
-    pub dead_zone_blend_v: f32,
+    pub dead_zone_blend_v: Option<f32>,
     /// Largest magnitude of valve voltage ever commanded, V.
     pub max_voltage_v: f32,
     /// Valve voltage in every mode but run, V; absent: the middle of the dead zone, where both chambers are blocked.
@@ -95,7 +96,7 @@ impl Default for Parameters {
             dead_zone_left_v: 0.0,
             slope_right: 1.0,
             slope_left: 1.0,
-            dead_zone_blend_v: 2.5e-3,
+            dead_zone_blend_v: None,
             max_voltage_v: 5.0,
             safe_voltage_v: None,
             position_margin_m: 0.0,
