@@ -40,6 +40,7 @@ mod arithmetic;
 pub mod codes;
 pub mod config;
 pub mod dead_zone_inverse;
+pub mod generator;
 pub mod law;
 pub mod modes;
 pub mod parameters;

@@ -182,7 +182,9 @@ fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> 
     let late = bucket(&mut state.late, inputs.faults.late_tick, config.timing_limit);
     state.host_silent = if inputs.host_heard { 0 } else { state.host_silent.saturating_add(1) };
 
-    let running = state.mode == Mode::Run;
+    // What forbids running forbids arming too.
+    let silent = state.mode == Mode::Run && state.host_silent >= config.command_time_out_ticks;
+    let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(Command::Arm));
     None.or(position.map(|fault| reason(fault, Channel::Position)))
         .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
         .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
@@ -192,7 +194,7 @@ fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> 
         .or((running && missed).then_some(Reason::MissedTick))
         .or((running && late).then_some(Reason::LateTick))
         .or((running && inputs.faults.model_disagreement).then_some(Reason::ModelDisagreement))
-        .or((running && state.host_silent >= config.command_time_out_ticks).then_some(Reason::CommandTimeOut))
+        .or(silent.then_some(Reason::CommandTimeOut))
 }
 
 fn reason(fault: Fault, channel: Channel) -> Reason {

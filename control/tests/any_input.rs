@@ -1,0 +1,160 @@
+//! Any codes, any commands, any faults, any configuration that the checks let through: no panic, no code out of range, and
+//! nothing but run moves the valve. The same target is fuzzed in `fuzz/`.
+
+use control::{AdcCode, Command, Config, ExternalFaults, Inputs, Mode, Parameters, Position, State, step};
+use proptest::prelude::*;
+
+fn any_number() -> impl Strategy<Value = f32> {
+    prop_oneof![any::<f32>(), -10.0_f32..10.0, Just(f32::NAN), Just(f32::INFINITY), Just(0.0), Just(f32::MAX)]
+}
+
+fn inputs() -> impl Strategy<Value = Inputs> {
+    let code = || prop_oneof![any::<u16>(), Just(0), Just(u16::MAX), 30_000_u16..30_010];
+    let command = prop_oneof![
+        8 => Just(None),
+        1 => Just(Some(Command::Arm)),
+        1 => Just(Some(Command::Disarm)),
+        1 => Just(Some(Command::ResetFault))
+    ];
+    ((code(), code(), code(), prop::option::of(code())), any::<i32>(), command, any::<(bool, [bool; 4])>()).prop_map(
+        |(codes, reference, command, (heard, f))| Inputs {
+            reference: Position::from_bits(reference),
+            position: AdcCode(codes.0),
+            pressure_a: AdcCode(codes.1),
+            pressure_b: AdcCode(codes.2),
+            supply: codes.3.map(AdcCode),
+            command,
+            host_heard: heard,
+            faults: ExternalFaults {
+                missed_tick: f[0],
+                late_tick: f[1],
+                overrun: f[2],
+                model_disagreement: f[3] && f[0],
+            },
+        },
+    )
+}
+
+/// Converters and law over the whole accepted space.
+fn accepted_parameters() -> impl Strategy<Value = Parameters> {
+    (
+        (-3.9_f32..3.0, 0.01_f32..3.0, 8_u8..=16, 8_u8..=16, 50_u32..20_000),
+        (0.0_f32..300.0, prop::option::of(1e-4_f32..50.0), prop::option::of(0.1_f32..1000.0)),
+        (-1.0_f32..0.0, 0.0_f32..1.0, 0.05_f32..20.0, 0.0_f32..0.1, 0.0_f32..0.1),
+    )
+        .prop_map(|(c, l, z)| Parameters {
+            position_range_m: [c.0, c.0 + c.1],
+            adc_bits: c.2,
+            dac_bits: c.3,
+            tick_hz: c.4,
+            gain_v_per_m: l.0,
+            setpoint_velocity_m_per_s: l.1,
+            setpoint_acceleration_m_per_s2: l.2,
+            dead_zone_left_v: z.0,
+            dead_zone_right_v: z.1,
+            slope_right: z.2,
+            glitch_time_s: z.3,
+            stuck_time_s: z.4,
+            ..Parameters::default()
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
+
+    #[test]
+    fn no_input_sequence_panics_or_leaves_the_range(
+        p in accepted_parameters(), start in 0_u8..3, ticks in prop::collection::vec((inputs(), 1_usize..30), 1..60),
+    ) {
+        let Ok(config) = Config::from_parameters(&p) else { return Ok(()) };
+        let mut state = match start {
+            0 => State::boot(None),
+            1 => State::boot(Some(control::Reason::Panic)),
+            _ => State::armed(),
+        };
+        for (inputs, repeats) in ticks {
+            for _ in 0..repeats {
+                let before = state.mode();
+                let outputs = step(&config, &mut state, inputs);
+                prop_assert!(outputs.dac <= config.dac_scale().max_code());
+                prop_assert!(outputs.telemetry.u.abs() <= p.max_voltage_v);
+                if outputs.mode != Mode::Run {
+                    prop_assert_eq!(outputs.dac, config.safe_code());
+                }
+                if matches!(before, Mode::Safe(_)) && inputs.command != Some(Command::ResetFault) {
+                    prop_assert_eq!(outputs.mode, before);
+                }
+                if outputs.mode == Mode::Run && before != Mode::Run {
+                    prop_assert!(before == Mode::Idle && inputs.command == Some(Command::Arm));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_numbers_make_the_configuration_panic(n in prop::collection::vec(any_number(), 25), bits in any::<(u8, u8, u32, u8)>()) {
+        let p = Parameters {
+            position_range_m: [n[0], n[1]],
+            pressure_range_pa: [n[2], n[3]],
+            adc_bits: bits.0 % 20,
+            valve_range_v: [n[4], n[5]],
+            dac_bits: bits.1 % 20,
+            tick_hz: bits.2 % 30_000,
+            supply_sensor: true,
+            gain_v_per_m: n[6],
+            setpoint_range_m: Some([n[7], n[8]]),
+            setpoint_velocity_m_per_s: Some(n[9]),
+            setpoint_acceleration_m_per_s2: Some(n[10]),
+            dead_zone_right_v: n[11],
+            dead_zone_left_v: n[12],
+            slope_right: n[13],
+            slope_left: n[14],
+            dead_zone_blend_v: Some(n[15]),
+            max_voltage_v: n[16],
+            safe_voltage_v: Some(n[17]),
+            position_margin_m: n[18],
+            pressure_limits_pa: [n[19], n[20]],
+            position_rate_m_per_s: n[21],
+            position_noise_m: n[22],
+            pressure_rate_pa_per_s: n[23],
+            pressure_noise_pa: n[24],
+            glitch_time_s: n[0],
+            stuck_time_s: n[1],
+            supply_minimum_pa: n[2],
+            timing_fault_ticks: bits.3,
+            self_test_time_s: n[3],
+            command_time_out_s: Some(n[4]),
+        };
+        let _ = Config::from_parameters(&p);
+        // and one wrong number at a time, so that every check is reached
+        for (k, value) in n.iter().enumerate() {
+            let mut p = Parameters::default();
+            let slot = match k {
+                0 => &mut p.position_range_m[0],
+                1 => &mut p.position_range_m[1],
+                2 => &mut p.pressure_range_pa[0],
+                3 => &mut p.pressure_range_pa[1],
+                4 => &mut p.valve_range_v[0],
+                5 => &mut p.valve_range_v[1],
+                6 => &mut p.gain_v_per_m,
+                7 => &mut p.dead_zone_left_v,
+                8 => &mut p.slope_right,
+                9 => &mut p.max_voltage_v,
+                10 => &mut p.position_margin_m,
+                11 => &mut p.pressure_limits_pa[0],
+                12 => &mut p.position_rate_m_per_s,
+                13 => &mut p.position_noise_m,
+                14 => &mut p.pressure_rate_pa_per_s,
+                15 => &mut p.glitch_time_s,
+                16 => &mut p.stuck_time_s,
+                17 => &mut p.self_test_time_s,
+                _ => &mut p.supply_minimum_pa,
+            };
+            *slot = *value;
+            if let Ok(config) = Config::from_parameters(&p) {
+                let outputs = step(&config, &mut State::armed(), Inputs::default());
+                prop_assert!(outputs.dac <= config.dac_scale().max_code());
+            }
+        }
+    }
+}
