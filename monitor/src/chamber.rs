@@ -1,0 +1,96 @@
+//! One chamber's pressure balance, predicted and compared.
+
+use crate::parameters::MonitorParameters;
+use plant_model::{Plant, Real};
+
+/// What both chambers share in one tick.
+pub(crate) struct Tick<'m> {
+    pub(crate) plant: &'m Plant<f32>,
+    pub(crate) parameters: &'m MonitorParameters,
+    pub(crate) tick_s: f32,
+    pub(crate) keep: f32,
+    /// Mean spool position over the tick, V.
+    pub(crate) spool_v: f32,
+    pub(crate) supply_pa: f32,
+}
+
+/// The valve in one tick.
+pub(crate) struct Valve {
+    /// `|atan(2 w)|`.
+    pub(crate) opening: f32,
+    /// By how much that may be wrong.
+    pub(crate) opening_error: f32,
+    pub(crate) fills_a: bool,
+}
+
+/// What one chamber sees in one tick.
+pub(crate) struct Balance {
+    /// Mean pressure over the tick, Pa.
+    pub(crate) pressure_pa: f32,
+    pub(crate) inverse_volume_per_m3: f32,
+    /// Motion during the tick in the direction in which the chamber grows, m.
+    pub(crate) step_m: f32,
+    pub(crate) smoothed_step_m: f32,
+    pub(crate) filling: bool,
+    pub(crate) leak_kg_per_s: f32,
+}
+
+/// The difference between measured and predicted pressure, and how much of it is allowed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Watch {
+    residual_pa: f32,
+    allowance_pa: f32,
+}
+
+impl Tick<'_> {
+    pub(crate) fn valve(&self) -> Valve {
+        let dead_zone = self.plant.dead_zone();
+        let w = dead_zone.output_v(self.spool_v);
+        let error_v = self.parameters.opening_v;
+        // Deep inside the dead zone the valve is closed for certain.
+        let may_be_open = self.spool_v > dead_zone.right_v - error_v || self.spool_v < dead_zone.left_v + error_v;
+        let slope = if w < 0.0 { dead_zone.slope_left } else { dead_zone.slope_right };
+        let two_w = 2.0 * w;
+        Valve {
+            opening: two_w.abs().atan(),
+            opening_error: if may_be_open { 2.0 * slope * error_v / (1.0 + two_w * two_w) } else { 0.0 },
+            fills_a: w >= 0.0,
+        }
+    }
+}
+
+impl Watch {
+    /// One tick; returns residual and threshold in Pa.
+    pub(crate) fn advance(
+        &mut self,
+        tick: &Tick<'_>,
+        valve: &Valve,
+        balance: &Balance,
+        measured_step_pa: f32,
+    ) -> (f32, f32) {
+        let m = tick.plant.coefficients();
+        let orifices = tick.plant.orifices();
+        let p = balance.pressure_pa;
+        let flow = |filling: bool, opening: f32| {
+            orifices.inflow(filling, opening, p, tick.supply_pa, m.atmosphere_pa).mass_flow
+        };
+        let inflow = flow(balance.filling, valve.opening);
+        let per_kg_per_s = tick.plant.energy_j_per_kg() * tick.tick_s * balance.inverse_volume_per_m3;
+        let per_metre = m.exponent * m.area_m2 * p * balance.inverse_volume_per_m3;
+        let by_flow = per_kg_per_s * (inflow + balance.leak_kg_per_s);
+        let by_motion = -per_metre * balance.step_m;
+        self.residual_pa = (self.residual_pa + measured_step_pa - by_flow - by_motion) * tick.keep;
+
+        let doubt = if valve.opening_error > 0.0 {
+            // About the break-point nobody knows which way the valve is open: the larger of both flows.
+            flow(true, valve.opening_error).abs().at_least(flow(false, valve.opening_error).abs())
+        } else {
+            0.0
+        };
+        let activity = by_flow.abs() + (per_metre * balance.smoothed_step_m).abs();
+        self.allowance_pa =
+            (self.allowance_pa + tick.parameters.relative * activity + per_kg_per_s * doubt) * tick.keep;
+        let noise = tick.parameters.pressure_pa + tick.parameters.position_m * per_metre;
+        (self.residual_pa, noise + self.allowance_pa)
+    }
+}

@@ -1,0 +1,190 @@
+//! The model-disagreement monitor: do pressures, motion and valve command still belong to one cylinder?
+//!
+//! Each sensor alone can look healthy and still be wrong: frozen without ever having been noisy, late, of the wrong
+//! scale, or honest while the valve is jammed or the supply is gone. What it cannot do is agree with the others. A
+//! chamber's pressure balance (3.6, 3.7) ties all of them together:
+//!
+//! ```text
+//! V_a p_a' = R n T q_a(u, p_a, p_sup) − n A p_a y'        and the same for B with the opposite sign of y'
+//!            └ valve and supply ──────┘   └ motion ──┘
+//! ```
+//!
+//! The monitor integrates this for both chambers from *measured* position, pressures and supply and from the command, and
+//! compares with the measured pressure. The prediction is drawn towards the measurement with a time constant of 50 ms
+//! ([`MonitorParameters::horizon_s`]), so that it looks back over about that time: the difference is what the last 50 ms
+//! cannot explain.
+//!
+//! **What is allowed.** A model is never exact. The threshold is a sum of: the pressure noise; the position noise,
+//! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of all predicted flow and compression over
+//! the same horizon; and an uncertainty of the valve's opening (hysteresis, null). So the harder the rig works, the more
+//! absolute error is accepted, and coefficients that are wrong by a fifth do not trip. Three ticks beyond it in a row do.
+//!
+//! **What it finds**, and what it cannot: a frozen position shows after the piston has moved 5–10 mm (less in small
+//! chambers); a jump of a pressure sensor of more than the noise at once; a wrong scale only beyond `relative`; a slow
+//! drift of a pressure sensor not at all, as it is indistinguishable from a leak. `docs/reliability.md` has the figures.
+//!
+//! Cost: one arc tangent, ten divisions, about sixty multiplications in f32 per tick; it belongs behind the DAC write,
+//! and its verdict takes effect in the next tick.
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod chamber;
+mod command_delay;
+mod parameters;
+
+pub use parameters::{MonitorError, MonitorParameters};
+
+use chamber::{Balance, Tick, Watch};
+use command_delay::CommandDelay;
+use plant_model::{Effects, Plant, Real, Rig};
+
+/// What the sensors say this tick: the controller's last good readings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Readings {
+    /// Piston position, m.
+    pub position_m: f32,
+    /// Pressure of chamber A, Pa absolute.
+    pub pressure_a_pa: f32,
+    /// Pressure of chamber B, Pa absolute.
+    pub pressure_b_pa: f32,
+    /// Supply pressure, Pa absolute; `None` without a sensor: then the nominal one is believed.
+    pub supply_pa: Option<f32>,
+}
+
+/// What the monitor makes of a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// The readings cannot all be true. Feed it to the controller's `faults.model_disagreement`.
+    pub disagreement: bool,
+    /// Measured minus predicted pressure of A, Pa.
+    pub residual_a_pa: f32,
+    /// Measured minus predicted pressure of B, Pa.
+    pub residual_b_pa: f32,
+    /// What |residual A| may be, Pa.
+    pub threshold_a_pa: f32,
+    /// What |residual B| may be, Pa.
+    pub threshold_b_pa: f32,
+}
+
+/// The monitor of one rig.
+#[derive(Clone, Debug)]
+pub struct Monitor {
+    plant: Plant<f32>,
+    parameters: MonitorParameters,
+    tick_s: f32,
+    /// What remains of a difference after one tick, `1 − tick / horizon`.
+    keep: f32,
+    /// What remains of the spool's lag after one tick, `exp(−tick / tau)`.
+    spool_keep: f32,
+    delay: CommandDelay,
+    spool_v: f32,
+    smoothed_step_m: f32,
+    last: Option<Readings>,
+    a: Watch,
+    b: Watch,
+    strikes: u8,
+}
+
+/// Time constant over which motion is smoothed for the allowance, in ticks.
+const SMOOTHING_TICKS: f32 = 8.0;
+/// Ticks beyond the threshold in a row that make a disagreement.
+const STRIKES: u8 = 3;
+
+impl Monitor {
+    /// A monitor for a rig with its known effects, called once per tick of `tick_s` seconds.
+    ///
+    /// `command_delay_ticks` is how many whole ticks pass between writing a command and the valve receiving it, beyond the
+    /// tick during which it is held: 0 when the DAC is written in the tick that computed it.
+    ///
+    /// # Errors
+    /// A parameter of rig, effects or monitor that is out of range.
+    pub fn new(
+        rig: &Rig<f32>,
+        effects: &Effects<f32>,
+        parameters: &MonitorParameters,
+        tick_s: f32,
+        command_delay_ticks: u8,
+    ) -> Result<Self, MonitorError> {
+        parameters.validate(tick_s)?;
+        let plant = Plant::new(rig, effects)?;
+        let m = plant.coefficients();
+        let spool_keep = if m.spool_time_constant_s > 0.0 { (-tick_s / m.spool_time_constant_s).exp() } else { 0.0 };
+        let delay = CommandDelay::new(f32::from(command_delay_ticks) + m.line_delay_s / tick_s)?;
+        Ok(Self {
+            plant,
+            parameters: *parameters,
+            tick_s,
+            keep: 1.0 - tick_s / parameters.horizon_s,
+            spool_keep,
+            delay,
+            spool_v: 0.0,
+            smoothed_step_m: 0.0,
+            last: None,
+            a: Watch::default(),
+            b: Watch::default(),
+            strikes: 0,
+        })
+    }
+
+    /// Forgets the past: the next reading is the new beginning. For use after arming.
+    pub fn restart(&mut self) {
+        self.last = None;
+        (self.a, self.b, self.strikes) = (Watch::default(), Watch::default(), 0);
+    }
+
+    /// Takes the readings of this tick and the voltage written to the valve in the tick before.
+    pub fn step(&mut self, readings: &Readings, previous_u_v: f32) -> Verdict {
+        let m = self.plant.coefficients();
+        let command = self.delay.pass(previous_u_v).limit(-m.max_voltage_v, m.max_voltage_v);
+        let spool_before = self.spool_v;
+        self.spool_v = command + (self.spool_v - command) * self.spool_keep;
+        let Some(last) = self.last.replace(*readings) else {
+            return Verdict::default();
+        };
+
+        let step_m = readings.position_m - last.position_m;
+        self.smoothed_step_m += (step_m - self.smoothed_step_m) * (1.0 / SMOOTHING_TICKS);
+        let tick = Tick {
+            plant: &self.plant,
+            parameters: &self.parameters,
+            tick_s: self.tick_s,
+            keep: self.keep,
+            spool_v: if self.spool_keep > 0.0 { 0.5 * (spool_before + self.spool_v) } else { command },
+            supply_pa: match (readings.supply_pa, last.supply_pa) {
+                (Some(now), Some(before)) => 0.5 * (now + before),
+                _ => m.supply_pa,
+            },
+        };
+        let valve = tick.valve();
+        let y_m = 0.5 * (readings.position_m + last.position_m);
+        let (volume_a, volume_b) = self.plant.volumes_m3(y_m);
+        let mean_a = 0.5 * (readings.pressure_a_pa + last.pressure_a_pa);
+        let mean_b = 0.5 * (readings.pressure_b_pa + last.pressure_b_pa);
+        let crossing = m.leak_cross * (mean_a - mean_b);
+        let balance_a = Balance {
+            pressure_pa: mean_a,
+            inverse_volume_per_m3: 1.0 / volume_a,
+            step_m,
+            smoothed_step_m: self.smoothed_step_m,
+            filling: valve.fills_a,
+            leak_kg_per_s: -crossing - m.leak_a * (mean_a - m.atmosphere_pa),
+        };
+        let balance_b = Balance {
+            pressure_pa: mean_b,
+            inverse_volume_per_m3: 1.0 / volume_b,
+            step_m: -step_m,
+            smoothed_step_m: -self.smoothed_step_m,
+            filling: !valve.fills_a,
+            leak_kg_per_s: crossing - m.leak_b * (mean_b - m.atmosphere_pa),
+        };
+        let (residual_a_pa, threshold_a_pa) =
+            self.a.advance(&tick, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
+        let (residual_b_pa, threshold_b_pa) =
+            self.b.advance(&tick, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
+
+        // Written so that a NaN counts as beyond.
+        let inside = residual_a_pa.abs() <= threshold_a_pa && residual_b_pa.abs() <= threshold_b_pa;
+        self.strikes = if inside { 0 } else { self.strikes.saturating_add(1) };
+        Verdict { disagreement: self.strikes >= STRIKES, residual_a_pa, residual_b_pa, threshold_a_pa, threshold_b_pa }
+    }
+}
