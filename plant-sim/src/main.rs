@@ -1,2 +1,35 @@
-//! Under construction.
-fn main() {}
+//! The command line of the positioner project.
+#![forbid(unsafe_code)]
+
+mod commands;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Simulate pneumatic servo positioners under the firmware's own control law, and compare them with measured data.
+#[derive(Parser, Debug)]
+#[command(name = "plant-sim", version, max_term_width = 110)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Simulate(commands::simulate::Arguments),
+    Controller(commands::controller::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match CommandLine::parse().command {
+        Command::Simulate(arguments) => commands::simulate::run(&arguments),
+        Command::Controller(arguments) => commands::controller::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.status())
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! The closed loop: sensors, converters, the firmware's control tick, DAC, valve and cylinder, one tick at a time.
+//!
+//! ```text
+//!  y_ref ─► control::step ─► DAC code ─► valve ─► cylinder ─► sensors ─┐
+//!               ▲                                                      │ + noise
+//!               └──── ADC codes ◄── oversampling converter ◄───────────┘
+//! ```
+//!
+//! Nothing is allocated per tick. The converter sums `oversampling` raw conversions of `raw_bits`; instead of drawing each,
+//! one normal deviate stands for their mean: its variance is that of the sensor noise plus the raw quantisation's
+//! `LSB^2/12`, divided by the number of conversions. That is exact as long as the noise spans a raw code, which is what
+//! oversampling relies on anyway.
+
+use control::{AdcCode, Config, ConfigError, DacCode, Inputs, Mode, Parameters, Position, State};
+use plant_model::{Measurement, ParameterError, Simulator, State as PlantState};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand_distr::{Distribution, StandardNormal};
+use rig_files::{Converter, RigFile};
+use std::fmt;
+
+/// Standard deviations of what the sensors and lines add to one raw conversion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Position, m.
+    pub position_m: f64,
+    /// Pressures, Pa.
+    pub pressure_pa: f64,
+}
+
+impl Noise {
+    /// No noise at all; quantisation remains.
+    pub const NONE: Self = Self { position_m: 0.0, pressure_pa: 0.0 };
+}
+
+impl Default for Noise {
+    /// A potentiometric rod over 1 m and a 10 bar sensor on a 12-bit converter: 0.05 mm and 600 Pa.
+    fn default() -> Self {
+        Self { position_m: 5.0e-5, pressure_pa: 600.0 }
+    }
+}
+
+/// How the loop is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopSettings {
+    /// Sensor noise of one raw conversion.
+    pub noise: Noise,
+    /// Raw conversions summed per code; 16 in the firmware.
+    pub oversampling: u32,
+    /// Bits of one raw conversion; 12 on the STM32G4.
+    pub raw_bits: u32,
+    /// Ticks from sampling to the DAC's output: one in the firmware, whose DAC is latched by the sampling timer.
+    pub output_delay_ticks: usize,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl Default for LoopSettings {
+    fn default() -> Self {
+        Self { noise: Noise::default(), oversampling: 16, raw_bits: 12, output_delay_ticks: 1, seed: 1 }
+    }
+}
+
+/// The longest [`LoopSettings::output_delay_ticks`].
+pub const MOST_DELAY_TICKS: usize = 8;
+
+/// Why a loop cannot be set up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoopError {
+    /// The plant refuses a parameter or an effect.
+    Plant(ParameterError),
+    /// The controller refuses a parameter.
+    Controller(ConfigError),
+    /// More output delay than [`MOST_DELAY_TICKS`].
+    Delay(usize),
+}
+
+impl fmt::Display for LoopError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plant(error) => write!(f, "the plant refuses it: {error}"),
+            Self::Controller(error) => write!(f, "the controller refuses it: {error}"),
+            Self::Delay(ticks) => write!(f, "an output delay of {ticks} ticks is more than {MOST_DELAY_TICKS}"),
+        }
+    }
+}
+
+impl std::error::Error for LoopError {}
+
+impl From<ParameterError> for LoopError {
+    fn from(error: ParameterError) -> Self {
+        Self::Plant(error)
+    }
+}
+
+impl From<ConfigError> for LoopError {
+    fn from(error: ConfigError) -> Self {
+        Self::Controller(error)
+    }
+}
+
+/// What one tick saw and did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Time of sampling, s.
+    pub t_s: f64,
+    /// The codes the controller received: position, A, B, supply.
+    pub adc: [u16; 4],
+    /// The code it answered with.
+    pub dac: u16,
+    /// Its mode after the tick.
+    pub mode: Mode,
+    /// The valve command acting from this tick to the next, V.
+    pub u_v: f64,
+    /// The true state at the time of sampling.
+    pub plant: PlantState<f64>,
+}
+
+/// An ADC channel with its noise, in codes.
+#[derive(Clone, Copy, Debug)]
+struct Channel {
+    low: f64,
+    codes_per_unit: f64,
+    top: f64,
+    deviation: f64,
+}
+
+impl Channel {
+    fn new(converter: &Converter, range: [f64; 2], noise: f64, settings: &LoopSettings) -> Self {
+        let raw_lsb = (range[1] - range[0]) / f64::from(u32::MAX >> (32 - settings.raw_bits.clamp(1, 32)));
+        let variance = (noise * noise + raw_lsb * raw_lsb / 12.0) / f64::from(settings.oversampling.max(1));
+        let codes_per_unit = 1.0 / converter.resolution();
+        // Without noise there is nothing to average: only the final code's rounding is left.
+        let deviation = if noise > 0.0 { variance.sqrt() * codes_per_unit } else { 0.0 };
+        Self { low: range[0], codes_per_unit, top: f64::from(converter.top_code()), deviation }
+    }
+
+    #[inline]
+    fn sample(&self, quantity: f64, rng: &mut Xoshiro256PlusPlus) -> AdcCode {
+        let mut code = (quantity - self.low) * self.codes_per_unit + 0.5;
+        if self.deviation > 0.0 {
+            let normal: f64 = StandardNormal.sample(rng);
+            code += self.deviation * normal;
+        }
+        AdcCode(code.clamp(0.0, self.top + 0.5) as u16)
+    }
+}
+
+/// The plant under the firmware's control, ready to be ticked.
+#[derive(Clone, Debug)]
+pub struct ClosedLoop {
+    simulator: Simulator<f64>,
+    config: Config,
+    controller: State,
+    position: Channel,
+    pressure: Channel,
+    valve: Converter,
+    safe_v: f64,
+    tick_s: f64,
+    ticks: u64,
+    rng: Xoshiro256PlusPlus,
+    delay: usize,
+    pending_v: [f64; MOST_DELAY_TICKS + 1],
+    disturbance_n: f64,
+}
+
+impl ClosedLoop {
+    /// A rig at rest at mid-stroke, both chambers at p*, the controller armed.
+    ///
+    /// # Errors
+    /// Plant or controller refuse a parameter.
+    pub fn new(rig: &RigFile, parameters: &Parameters, settings: &LoopSettings) -> Result<Self, LoopError> {
+        if settings.output_delay_ticks > MOST_DELAY_TICKS {
+            return Err(LoopError::Delay(settings.output_delay_ticks));
+        }
+        let simulator = Simulator::new(&rig.rig, &rig.effects)?;
+        let config = Config::from_parameters(parameters)?;
+        let io = &rig.io;
+        let valve = io.valve();
+        let safe_v = valve.quantity(u32::from(config.safe_code().0));
+        Ok(Self {
+            simulator,
+            config,
+            controller: State::armed(),
+            position: Channel::new(&io.position(), io.position_range_m, settings.noise.position_m, settings),
+            pressure: Channel::new(&io.pressure(), io.pressure_range_pa, settings.noise.pressure_pa, settings),
+            valve,
+            safe_v,
+            tick_s: io.tick_s(),
+            ticks: 0,
+            rng: Xoshiro256PlusPlus::seed_from_u64(settings.seed),
+            delay: settings.output_delay_ticks,
+            pending_v: [safe_v; MOST_DELAY_TICKS + 1],
+            disturbance_n: 0.0,
+        })
+    }
+
+    /// Samples, runs the controller, and advances the plant to the next tick with the setpoint `y_ref` in m.
+    #[inline]
+    pub fn tick(&mut self, y_ref_m: f64) -> Tick {
+        let adc = self.sample();
+        let inputs = Inputs {
+            reference: reference(y_ref_m),
+            position: adc[0],
+            pressure_a: adc[1],
+            pressure_b: adc[2],
+            supply: Some(adc[3]),
+            ..Inputs::default()
+        };
+        let outputs = control::step(&self.config, &mut self.controller, inputs);
+        self.finish(adc, outputs.dac, outputs.mode)
+    }
+
+    /// Samples and advances the plant with a DAC code that another controller computes from the codes.
+    #[inline]
+    pub fn tick_with(&mut self, controller: impl FnOnce([AdcCode; 4]) -> (DacCode, Mode)) -> Tick {
+        let adc = self.sample();
+        let (dac, mode) = controller(adc);
+        self.finish(adc, dac, mode)
+    }
+
+    #[inline]
+    fn sample(&mut self) -> [AdcCode; 4] {
+        let Measurement { y_m, p_a_pa, p_b_pa, p_sup_pa } = self.simulator.measure();
+        [
+            self.position.sample(y_m, &mut self.rng),
+            self.pressure.sample(p_a_pa, &mut self.rng),
+            self.pressure.sample(p_b_pa, &mut self.rng),
+            self.pressure.sample(p_sup_pa, &mut self.rng),
+        ]
+    }
+
+    #[inline]
+    fn finish(&mut self, adc: [AdcCode; 4], dac: DacCode, mode: Mode) -> Tick {
+        let plant = *self.simulator.state();
+        self.pending_v[self.delay] = self.valve.quantity(u32::from(dac.0));
+        let u_v = self.pending_v[0];
+        self.pending_v.copy_within(1..=self.delay, 0);
+        let mut inputs = self.simulator.plant().inputs(u_v);
+        inputs.external_force_n = self.disturbance_n;
+        self.simulator.advance_with(&inputs, self.tick_s);
+        let t_s = self.ticks as f64 * self.tick_s;
+        self.ticks += 1;
+        Tick { t_s, adc: adc.map(|code| code.0), dac: dac.0, mode, u_v, plant }
+    }
+
+    /// Pushes the piston with a force in N, positive along +y, until told otherwise.
+    pub fn disturb(&mut self, force_n: f64) {
+        self.disturbance_n = force_n;
+    }
+
+    /// The true position now, m.
+    #[must_use]
+    pub fn position_m(&self) -> f64 {
+        self.simulator.state().y_m
+    }
+
+    /// The simulated rig.
+    #[must_use]
+    pub fn simulator(&self) -> &Simulator<f64> {
+        &self.simulator
+    }
+
+    /// The simulated rig, to put it into another state.
+    pub fn simulator_mut(&mut self) -> &mut Simulator<f64> {
+        &mut self.simulator
+    }
+
+    /// The voltage of the controller's safe state, V.
+    #[must_use]
+    pub fn safe_voltage_v(&self) -> f64 {
+        self.safe_v
+    }
+
+    /// Duration of a tick, s.
+    #[must_use]
+    pub fn tick_s(&self) -> f64 {
+        self.tick_s
+    }
+}
+
+/// A setpoint in m as the controller takes it: saturated; NaN becomes zero.
+#[inline]
+#[must_use]
+pub fn reference(y_ref_m: f64) -> Position {
+    // Position::from_num would panic outside ±8 m; far inside its resolution this is the same number.
+    Position::from_bits((y_ref_m * f64::from(1_u32 << Position::FRAC_NBITS)).round_ties_even() as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controller::parameters;
+
+    fn run(settings: &LoopSettings, ticks: usize) -> Vec<Tick> {
+        let rig = RigFile::paper_a();
+        let mut positioner = ClosedLoop::new(&rig, &parameters(&rig), settings).expect("valid");
+        (0..ticks).map(|_| positioner.tick(0.045)).collect()
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_codes_and_another_seed_others() {
+        let settings = LoopSettings::default();
+        let first = run(&settings, 500);
+        assert_eq!(first, run(&settings, 500));
+        let other = run(&LoopSettings { seed: 2, ..settings }, 500);
+        assert_ne!(first[499].adc, other[499].adc);
+    }
+
+    #[test]
+    fn without_noise_the_codes_are_those_of_the_interface_formula() {
+        let settings = LoopSettings { noise: Noise::NONE, ..LoopSettings::default() };
+        for tick in run(&settings, 300) {
+            let expected = ((tick.plant.y_m + 0.5) * 65535.0).round();
+            assert_eq!(f64::from(tick.adc[0]), expected);
+            assert_eq!(f64::from(tick.adc[1]), (tick.plant.p_a_pa / 1.0e6 * 65535.0).round());
+        }
+    }
+
+    #[test]
+    fn noise_has_the_deviation_that_oversampling_leaves() {
+        let settings = LoopSettings::default();
+        let ticks = run(&settings, 4000);
+        let raw_lsb = 1.0 / 4095.0;
+        let expected = ((5.0e-5_f64.powi(2) + raw_lsb * raw_lsb / 12.0) / 16.0).sqrt() * 65535.0;
+        let errors: Vec<f64> =
+            ticks.iter().map(|tick| f64::from(tick.adc[0]) - (tick.plant.y_m + 0.5) * 65535.0).collect();
+        let deviation = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        let with_rounding = (expected * expected + 1.0 / 12.0).sqrt();
+        assert!((deviation / with_rounding - 1.0).abs() < 0.05, "{deviation} against {with_rounding}");
+    }
+
+    #[test]
+    fn the_output_is_late_by_exactly_the_stated_ticks() {
+        for delay in [0, 1, 3] {
+            let settings = LoopSettings { output_delay_ticks: delay, ..LoopSettings::default() };
+            let ticks = run(&settings, 50);
+            let valve = RigFile::paper_a().io.valve();
+            for (tick, earlier) in ticks[delay..].iter().zip(&ticks) {
+                assert_eq!(tick.u_v, valve.quantity(u32::from(earlier.dac)));
+            }
+            assert!(ticks[..delay].iter().all(|tick| tick.u_v.abs() < 2e-3), "the valve starts at mid");
+        }
+    }
+
+    #[test]
+    fn a_setpoint_beyond_the_format_saturates() {
+        assert_eq!(reference(1e9), Position::MAX);
+        assert_eq!(reference(-1e9), Position::MIN);
+        assert_eq!(reference(f64::NAN), Position::ZERO);
+        assert_eq!(reference(0.25), Position::from_num(0.25));
+    }
+}

@@ -1,0 +1,26 @@
+//! The desktop side of the positioner: the plant and the firmware's control law in one loop, sweeps over it, foreign
+//! data, and what the command line is made of.
+//!
+//! ```
+//! use plant_sim::{ClosedLoop, LoopSettings, controller};
+//! use rig_files::RigFile;
+//!
+//! let rig = RigFile::paper_a();
+//! let parameters = controller::parameters(&rig);
+//! let mut positioner = ClosedLoop::new(&rig, &parameters, &LoopSettings::default())?;
+//! for _ in 0..3000 {
+//!     positioner.tick(0.045);
+//! }
+//! assert!((positioner.position_m() - 0.045).abs() < 0.01);
+//! # Ok::<(), plant_sim::LoopError>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod closed_loop;
+pub mod controller;
+pub mod metrics;
+pub mod open_loop;
+pub mod stdio;
+
+pub use closed_loop::{ClosedLoop, LoopError, LoopSettings, Noise};
+pub use metrics::{StepMetrics, StepObserver};

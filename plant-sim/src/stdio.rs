@@ -1,0 +1,126 @@
+//! The controller as a co-process: one line in, one line out, one control tick each.
+//!
+//! In: `y_ref_m adc_position adc_p_a adc_p_b adc_p_sup` (codes are integers of `adc_bits`). Out: `dac_code state`, where
+//! `state` is `run` or `safe:REASON`. A malformed line is answered `error …` and changes nothing.
+
+use crate::closed_loop::reference;
+use control::{AdcCode, Config, Inputs, State};
+use std::io::{BufRead, Write};
+
+/// Longer lines are malformed; they are skipped without being stored.
+const LONGEST_LINE: usize = 1024;
+
+/// The controller behind the protocol, armed.
+#[derive(Clone, Debug)]
+pub struct Coprocess {
+    config: Config,
+    state: State,
+    top_code: u16,
+}
+
+impl Coprocess {
+    /// An armed controller whose codes have `adc_bits` bits (1 to 16).
+    #[must_use]
+    pub fn new(config: Config, adc_bits: u32) -> Self {
+        let top_code = u16::MAX >> (16 - adc_bits.clamp(1, 16));
+        Self { config, state: State::armed(), top_code }
+    }
+
+    /// The controller's state, for tests.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Answers one line, without its line end.
+    pub fn answer(&mut self, line: &str) -> String {
+        match self.parse(line) {
+            Ok(inputs) => {
+                let outputs = control::step(&self.config, &mut self.state, inputs);
+                format!("{} {}", outputs.dac.0, outputs.mode)
+            }
+            Err(problem) => format!("error {problem}"),
+        }
+    }
+
+    fn parse(&self, line: &str) -> Result<Inputs, String> {
+        const FIELDS: [&str; 5] = ["y_ref_m", "adc_position", "adc_p_a", "adc_p_b", "adc_p_sup"];
+        let fields: Vec<&str> = line.split_ascii_whitespace().collect();
+        if fields.len() != FIELDS.len() {
+            return Err(format!("{} fields found, expected 5: {}", fields.len(), FIELDS.join(" ")));
+        }
+        let y_ref_m = fields[0].parse::<f64>().ok().filter(|value| value.is_finite());
+        let y_ref_m = y_ref_m.ok_or_else(|| format!("y_ref_m `{}` is not a finite number", shown(fields[0])))?;
+        let mut codes = [AdcCode(0); 4];
+        for ((code, field), name) in codes.iter_mut().zip(&fields[1..]).zip(&FIELDS[1..]) {
+            let value = field.parse::<u16>().ok().filter(|value| *value <= self.top_code);
+            let top = self.top_code;
+            *code =
+                AdcCode(value.ok_or_else(|| format!("{name} `{}` is not an integer from 0 to {top}", shown(field)))?);
+        }
+        let [position, pressure_a, pressure_b, supply] = codes;
+        Ok(Inputs {
+            reference: reference(y_ref_m),
+            position,
+            pressure_a,
+            pressure_b,
+            supply: Some(supply),
+            host_heard: true,
+            ..Inputs::default()
+        })
+    }
+
+    /// Serves lines until the input ends.
+    ///
+    /// # Errors
+    /// The streams fail; a reader that went away ends the service without an error.
+    pub fn serve(&mut self, mut input: impl BufRead, mut output: impl Write) -> std::io::Result<()> {
+        let mut line = Vec::with_capacity(LONGEST_LINE);
+        while let Some(whole) = read_line(&mut input, &mut line)? {
+            let answer = match std::str::from_utf8(&line) {
+                Ok(text) if whole => self.answer(text),
+                Ok(_) => format!("error the line is longer than {LONGEST_LINE} bytes"),
+                Err(_) => "error the line is not UTF-8 text".to_string(),
+            };
+            let sent = writeln!(output, "{answer}").and_then(|()| output.flush());
+            match sent {
+                Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return Ok(()),
+                other => other?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A field as an error message can carry it.
+fn shown(field: &str) -> String {
+    field.chars().take(24).flat_map(char::escape_debug).collect()
+}
+
+/// Reads one line without its end into `line`; `Some(false)` for one that was too long and is cut, `None` at the end.
+fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> std::io::Result<Option<bool>> {
+    line.clear();
+    let mut whole = true;
+    let mut any = false;
+    loop {
+        let available = input.fill_buf()?;
+        if available.is_empty() {
+            return Ok(any.then_some(whole));
+        }
+        any = true;
+        let end = available.iter().position(|&byte| byte == b'\n');
+        let part = &available[..end.unwrap_or(available.len())];
+        let room = LONGEST_LINE - line.len();
+        whole &= part.len() <= room;
+        line.extend_from_slice(&part[..part.len().min(room)]);
+        let used = part.len() + usize::from(end.is_some());
+        input.consume(used);
+        if end.is_some() {
+            if !whole {
+                // A cut line may end inside a character; it is answered by its length alone.
+                line.clear();
+            }
+            return Ok(Some(whole));
+        }
+    }
+}
