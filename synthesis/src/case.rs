@@ -1,0 +1,131 @@
+//! A case: a rig with hidden causes, nominal values that may be wrong, an experiment, and the log it gives.
+
+use crate::cause::Cause;
+use crate::chain::Chain;
+use crate::experiment::Experiment;
+use crate::law::Law;
+use crate::physics::Physics;
+use crate::recording::record;
+use crate::specimen::Reading;
+use plant_model::Rig;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand_distr::{Distribution, StandardNormal};
+use rig_files::{Log, RIG_KEYS, RigFile, Tolerance};
+
+/// The keys whose nominal values are wrong on a rig with nominal errors.
+pub const UNCERTAIN_KEYS: [&str; 8] = [
+    "valve.fill_coefficient_kg_per_s_pa",
+    "valve.exhaust_coefficient_kg_per_s_pa",
+    "cylinder.volume_a0_m3",
+    "cylinder.volume_b0_m3",
+    "load.mass_kg",
+    "friction.viscous_n_s_per_m",
+    "friction.coulomb_n",
+    "friction.static_n",
+];
+
+/// Errors are redrawn beyond this many standard deviations: the rig file states its tolerance honestly.
+const CUT: f64 = 2.5;
+
+/// Draws the true rig from a nominal one whose uncertain values have the relative standard error `relative`. The two
+/// friction forces err together, so that the static one never falls below the other.
+#[must_use]
+pub fn true_rig(nominal: &Rig<f64>, relative: f64, rng: &mut Xoshiro256PlusPlus) -> Rig<f64> {
+    let mut rig = *nominal;
+    let mut error = || -> f64 {
+        loop {
+            let normal: f64 = StandardNormal.sample(rng);
+            if normal.abs() <= CUT {
+                return 1.0 + relative * normal;
+            }
+        }
+    };
+    let mut coulomb = 1.0;
+    for path in UNCERTAIN_KEYS {
+        let Some(key) = RIG_KEYS.iter().find(|key| key.path == path) else { continue };
+        let factor = if path == "friction.static_n" { coulomb } else { error() };
+        if path == "friction.coulomb_n" {
+            coulomb = factor;
+        }
+        let value = key.get(&rig) * factor;
+        key.set(&mut rig, value);
+    }
+    // Presliding must stay below sliding (3.13), whatever the friction forces came to.
+    rig.friction.breakaway_m *= coulomb.min(1.0);
+    rig
+}
+
+/// How the rig file states the tolerance of its values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stated {
+    /// The same for every key.
+    Everywhere(f64),
+    /// For the uncertain keys alone; all others are exact.
+    UncertainKeys(f64),
+}
+
+impl Stated {
+    /// The tolerance table.
+    #[must_use]
+    pub fn tolerance(self) -> Tolerance {
+        match self {
+            Self::Everywhere(relative) => Tolerance::uniform(relative),
+            Self::UncertainKeys(relative) => {
+                let mut tolerance = Tolerance::uniform(0.0);
+                for key in UNCERTAIN_KEYS {
+                    tolerance.set(key, relative);
+                }
+                tolerance
+            }
+        }
+    }
+}
+
+/// Everything that determines a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// What the diagnosis is told about the rig.
+    pub rig_file: RigFile,
+    /// What the rig really is, before effects.
+    pub truth: Rig<f64>,
+    /// What is hidden in it.
+    pub causes: Vec<Cause>,
+    /// What is done with it.
+    pub experiment: Experiment,
+    /// How its controller is set.
+    pub law: Law,
+    /// How it is recorded.
+    pub chain: Chain,
+    /// Seed of noise, timing and losses.
+    pub seed: u64,
+}
+
+impl Case {
+    /// Records the log, and what ideal sensors would have shown.
+    #[must_use]
+    pub fn record(&self) -> (Log, Vec<Reading>) {
+        record(&Physics::new(&self.truth, &self.causes), &self.experiment, &self.law, &self.chain, self.seed)
+    }
+
+    /// The truth as text, `key = value` lines that TOML reads.
+    #[must_use]
+    pub fn truth_toml(&self) -> String {
+        use std::fmt::Write as _;
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "seed = {}\nexperiment = \"{}\"\n\n[rig_errors]", self.seed, self.experiment.name);
+        for path in UNCERTAIN_KEYS {
+            if let Some(key) = RIG_KEYS.iter().find(|key| key.path == path) {
+                let ratio = key.get(&self.truth) / key.get(&self.rig_file.rig);
+                let _ = writeln!(text, "\"{path}\" = {ratio:?}");
+            }
+        }
+        for cause in &self.causes {
+            let _ = writeln!(text, "\n[effects.{}]", cause.id());
+            for (name, value) in cause.parameters() {
+                let _ = writeln!(text, "{name} = {value:?}");
+            }
+        }
+        text
+    }
+}

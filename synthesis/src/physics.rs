@@ -1,0 +1,257 @@
+//! What the synthetic rig is made of: the paper's parameters after all effects, as plain numbers.
+//!
+//! This is a transcription of its own, made from the paper and the effect table alone. It shares names and units with
+//! `plant-model`, and nothing of its equations, so that an error in one of the two shows as a difference.
+
+use crate::cause::Cause;
+use crate::foreign::Foreign;
+use plant_model::{Effect, Rig};
+
+/// Parameters of the synthetic rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Physics {
+    pub(crate) gas_constant: f64,
+    pub(crate) temperature_k: f64,
+    pub(crate) exponent: f64,
+    pub(crate) supply_pa: f64,
+    pub(crate) atmosphere_pa: f64,
+    pub(crate) fill: f64,
+    pub(crate) exhaust: f64,
+    pub(crate) right_v: f64,
+    pub(crate) left_v: f64,
+    pub(crate) slope_right: f64,
+    pub(crate) slope_left: f64,
+    pub(crate) max_v: f64,
+    pub(crate) lag_s: f64,
+    pub(crate) play_v: f64,
+    pub(crate) line_delay_s: f64,
+    /// Critical ratio and conductance scale of ISO 6358.
+    pub(crate) choked: Option<[f64; 2]>,
+    pub(crate) droop: f64,
+    pub(crate) droop_s: f64,
+    pub(crate) leak_cross: f64,
+    pub(crate) leak_a: f64,
+    pub(crate) leak_b: f64,
+    pub(crate) area: f64,
+    pub(crate) half_stroke: f64,
+    pub(crate) volume_a: f64,
+    pub(crate) volume_b: f64,
+    pub(crate) least_volume: f64,
+    pub(crate) mass: f64,
+    pub(crate) force: f64,
+    pub(crate) sigma0: f64,
+    pub(crate) sigma1: f64,
+    pub(crate) sigma2: f64,
+    pub(crate) coulomb: f64,
+    pub(crate) stiction: f64,
+    pub(crate) stribeck: f64,
+    pub(crate) breakaway: f64,
+    pub(crate) asymmetry: f64,
+    pub(crate) place_slope: f64,
+    pub(crate) place_amplitude: f64,
+    pub(crate) place_wavelength: f64,
+    pub(crate) per_pressure: f64,
+    pub(crate) y_scale: f64,
+    pub(crate) y_delay_s: f64,
+    pub(crate) a_offset: f64,
+    pub(crate) b_offset: f64,
+    pub(crate) sensor_s: f64,
+    pub(crate) outside: Outside,
+}
+
+/// Terms outside the catalogue, absent by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Outside {
+    /// Exponent and the command of full opening.
+    pub(crate) opening: Option<[f64; 2]>,
+    /// N s2/m2.
+    pub(crate) drag: f64,
+    /// K/s.
+    pub(crate) warming: f64,
+    /// Relative to half the stroke.
+    pub(crate) bow: f64,
+    /// Relative error of both pressure channels.
+    pub(crate) pressure_gain: f64,
+    pub(crate) second_mass: Option<SecondMass>,
+    /// Additional static force in N and its time constant in s.
+    pub(crate) dwell: Option<[f64; 2]>,
+    /// Amplitude in Pa and frequency in Hz.
+    pub(crate) pulsation: Option<[f64; 2]>,
+    /// Length in m and the part of the flow that remains.
+    pub(crate) cushion: Option<[f64; 2]>,
+    /// Part of the friction that is lost, and its time constant in s.
+    pub(crate) running_in: Option<[f64; 2]>,
+    /// V/s.
+    pub(crate) slew: Option<f64>,
+}
+
+/// A part of the load that is not rigidly attached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SecondMass {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) half_gap: f64,
+}
+
+/// Duration over which drifts reach their stated total, s.
+const DRIFT_S: f64 = 40.0;
+
+impl Physics {
+    /// The rig with causes in the order of the catalogue; foreign terms last.
+    #[must_use]
+    pub fn new(rig: &Rig<f64>, causes: &[Cause]) -> Self {
+        let (v, c, f) = (&rig.valve, &rig.cylinder, &rig.friction);
+        let mut physics = Self {
+            gas_constant: rig.gas.gas_constant_j_per_kg_k,
+            temperature_k: rig.gas.temperature_k,
+            exponent: rig.gas.heat_capacity_ratio,
+            supply_pa: rig.supply.pressure_pa,
+            atmosphere_pa: rig.supply.atmosphere_pa,
+            fill: v.fill_coefficient_kg_per_s_pa,
+            exhaust: v.exhaust_coefficient_kg_per_s_pa,
+            right_v: v.dead_zone_right_v,
+            left_v: v.dead_zone_left_v,
+            slope_right: v.slope_right,
+            slope_left: v.slope_left,
+            max_v: v.max_voltage_v,
+            lag_s: 0.0,
+            play_v: 0.0,
+            line_delay_s: 0.0,
+            choked: None,
+            droop: 0.0,
+            droop_s: 1.0,
+            leak_cross: 0.0,
+            leak_a: 0.0,
+            leak_b: 0.0,
+            area: c.area_m2,
+            half_stroke: c.stroke_m / 2.0,
+            volume_a: c.volume_a0_m3,
+            volume_b: c.volume_b0_m3,
+            least_volume: 0.005 * c.area_m2 * c.stroke_m,
+            mass: rig.load.mass_kg,
+            force: 0.0,
+            sigma0: f.stiffness_n_per_m,
+            sigma1: f.damping_n_s_per_m,
+            sigma2: f.viscous_n_s_per_m,
+            coulomb: f.coulomb_n,
+            stiction: f.static_n,
+            stribeck: f.stribeck_velocity_m_per_s,
+            breakaway: f.breakaway_m,
+            asymmetry: 0.0,
+            place_slope: 0.0,
+            place_amplitude: 0.0,
+            place_wavelength: 0.0,
+            per_pressure: 0.0,
+            y_scale: 1.0,
+            y_delay_s: 0.0,
+            a_offset: 0.0,
+            b_offset: 0.0,
+            sensor_s: 0.0,
+            outside: Outside::default(),
+        };
+        for effect in Effect::ALL {
+            for cause in causes {
+                if let Cause::Catalogue(found, values) = cause
+                    && *found == effect
+                {
+                    physics.add(effect, values);
+                }
+            }
+        }
+        for cause in causes {
+            if let Cause::Foreign(foreign, values) = cause {
+                physics.add_foreign(*foreign, values);
+            }
+        }
+        physics
+    }
+
+    fn add(&mut self, effect: Effect, p: &[f64; 3]) {
+        match effect {
+            Effect::ValveDeadZone => (self.right_v, self.left_v) = (p[0], p[1]),
+            Effect::ValveLag => self.lag_s = p[0],
+            Effect::ValveHysteresis => self.play_v = p[0],
+            Effect::FillCoefficient => self.fill *= p[0],
+            Effect::ExhaustCoefficient => self.exhaust *= p[0],
+            Effect::ChokedFlow => self.choked = (p[0] >= 0.0).then_some([p[0], p[1]]),
+            Effect::SupplyDroop => (self.droop, self.droop_s) = (p[0], p[1]),
+            Effect::LeakCrossPiston => self.leak_cross = p[0],
+            Effect::LeakChamberA => self.leak_a = p[0],
+            Effect::LeakChamberB => self.leak_b = p[0],
+            Effect::LineDelay => self.line_delay_s = p[0],
+            Effect::DeadVolume => {
+                self.volume_a += p[0];
+                self.volume_b += p[0];
+            }
+            Effect::HeatTransfer => self.exponent = p[0],
+            Effect::PayloadMass => self.mass = p[0],
+            Effect::ConstantForce => self.force = p[0],
+            Effect::CoulombFriction => {
+                self.coulomb *= p[0];
+                self.stiction *= p[0];
+            }
+            Effect::ViscousFriction => self.sigma2 = p[0],
+            Effect::StaticFriction => self.stiction = p[0].max(self.coulomb),
+            Effect::FrictionAsymmetry => self.asymmetry = p[0],
+            Effect::FrictionPosition => {
+                (self.place_slope, self.place_amplitude, self.place_wavelength) = (p[0], p[1], p[2]);
+            }
+            Effect::FrictionPressure => self.per_pressure = p[0],
+            Effect::PositionScale => self.y_scale = p[0],
+            Effect::PressureAOffset => self.a_offset = p[0],
+            Effect::PressureBOffset => self.b_offset = p[0],
+            Effect::PressureLag => self.sensor_s = p[0],
+            Effect::PositionDelay => self.y_delay_s = p[0],
+        }
+    }
+
+    fn add_foreign(&mut self, foreign: Foreign, p: &[f64; 2]) {
+        let top_speed = self.top_speed();
+        let out = &mut self.outside;
+        match foreign {
+            Foreign::OpeningCurve => out.opening = Some(*p),
+            Foreign::QuadraticDrag => out.drag = p[0] * self.coulomb / (0.5 * top_speed).powi(2),
+            Foreign::TemperatureDrift => out.warming = p[0] / DRIFT_S,
+            Foreign::PositionBow => out.bow = p[0],
+            Foreign::PressureGain => out.pressure_gain = p[0],
+            Foreign::Backlash | Foreign::ElasticLoad => {
+                let play = foreign == Foreign::Backlash;
+                let share = self.mass * p[1];
+                // A rigid contact rings at 40 Hz; an elastic load at the frequency stated.
+                let omega = std::f64::consts::TAU * if play { 40.0 } else { p[0] };
+                let damping_ratio = if play { 0.3 } else { 0.03 };
+                out.second_mass = Some(SecondMass {
+                    mass: share,
+                    stiffness: share * omega * omega,
+                    damping: 2.0 * damping_ratio * share * omega,
+                    half_gap: if play { 0.5 * p[0] } else { 0.0 },
+                });
+                self.mass -= share;
+            }
+            Foreign::DwellStiction => out.dwell = Some([p[0] * self.coulomb, p[1]]),
+            Foreign::SupplyPulsation => out.pulsation = Some(*p),
+            Foreign::Cushioning => out.cushion = Some([p[0] * self.half_stroke, p[1]]),
+            Foreign::FrictionDrift => out.running_in = Some(*p),
+            Foreign::SpoolSlew => out.slew = Some(p[0]),
+        }
+    }
+
+    /// The pressure at which filling and exhausting balance in slow motion, Pa.
+    #[must_use]
+    pub fn rest_pressure_pa(&self) -> f64 {
+        (self.fill * self.supply_pa + self.exhaust * self.atmosphere_pa) / (self.fill + self.exhaust)
+    }
+
+    /// The speed the fully open valve can feed, m/s: a scale for experiments, not a bound.
+    #[must_use]
+    pub fn top_speed(&self) -> f64 {
+        std::f64::consts::FRAC_PI_2 * self.speed_per_opening()
+    }
+
+    /// Speed per radian of valve opening in slow motion, m/s.
+    pub(crate) fn speed_per_opening(&self) -> f64 {
+        let p = self.rest_pressure_pa();
+        self.fill * (self.supply_pa - p) * self.gas_constant * self.temperature_k / (p * self.area)
+    }
+}

@@ -1,0 +1,361 @@
+//! The synthetic rig in motion: an integrator that shares nothing with the one used for fitting.
+//!
+//! Operator splitting with a small fixed step: gas for half a step (explicit midpoint at constant piston), mechanics for
+//! a whole one (velocity Verlet, the bristle by exact exponentials at frozen plasticity), gas for the other half. Second
+//! order, symmetric, no Jacobian, no step control. Delays look up recorded histories by time, and an integration step
+//! ends wherever a delayed command changes.
+
+use crate::friction::{plasticity, sliding_force};
+use crate::physics::Physics;
+use std::collections::VecDeque;
+
+/// Longest integration step, s.
+pub const STEP_S: f64 = 40e-6;
+
+/// What ideal sensors show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Position, m.
+    pub y_m: f64,
+    /// Pressure in A, Pa absolute.
+    pub p_a_pa: f64,
+    /// Pressure in B, Pa absolute.
+    pub p_b_pa: f64,
+    /// Supply pressure, Pa absolute.
+    pub p_sup_pa: f64,
+}
+
+/// The state of the synthetic rig.
+#[derive(Clone, Debug)]
+pub struct Specimen {
+    physics: Physics,
+    step_s: f64,
+    time_s: f64,
+    y: f64,
+    v: f64,
+    p_a: f64,
+    p_b: f64,
+    z: f64,
+    spool: f64,
+    supply: f64,
+    sensed_a: f64,
+    sensed_b: f64,
+    load_y: f64,
+    load_v: f64,
+    rest_s: f64,
+    played: f64,
+    /// Commands on their way with the time at which the valve sees them.
+    commands: VecDeque<(f64, f64)>,
+    command: f64,
+    /// Past positions by time, as far back as the sensor is late.
+    positions: VecDeque<(f64, f64)>,
+}
+
+impl Specimen {
+    /// A rig at rest at `y`, both chambers at the pressures given, valve at mid.
+    #[must_use]
+    pub fn new(physics: Physics, y_m: f64, p_a_pa: f64, p_b_pa: f64) -> Self {
+        Self {
+            step_s: STEP_S,
+            time_s: 0.0,
+            y: y_m,
+            v: 0.0,
+            p_a: p_a_pa,
+            p_b: p_b_pa,
+            z: 0.0,
+            spool: 0.0,
+            supply: physics.supply_pa,
+            sensed_a: p_a_pa,
+            sensed_b: p_b_pa,
+            load_y: y_m,
+            load_v: 0.0,
+            rest_s: 0.0,
+            played: 0.0,
+            commands: VecDeque::new(),
+            command: 0.0,
+            positions: VecDeque::new(),
+            physics,
+        }
+    }
+
+    /// The same with another longest step, for convergence tests.
+    #[must_use]
+    pub fn with_step(mut self, step_s: f64) -> Self {
+        self.step_s = step_s;
+        self
+    }
+
+    /// True position, m.
+    #[must_use]
+    pub fn y_m(&self) -> f64 {
+        self.y
+    }
+
+    /// True velocity, m/s.
+    #[must_use]
+    pub fn v_m_per_s(&self) -> f64 {
+        self.v
+    }
+
+    /// True bristle deflection, m.
+    #[must_use]
+    pub fn z_m(&self) -> f64 {
+        self.z
+    }
+
+    /// Holds command `u` in V for `dt` seconds.
+    pub fn advance(&mut self, u_v: f64, dt_s: f64) {
+        let end = self.time_s + dt_s;
+        if self.physics.line_delay_s > 0.0 {
+            self.commands.push_back((self.time_s + self.physics.line_delay_s, u_v));
+        } else {
+            self.command = u_v;
+        }
+        while self.time_s < end {
+            while let Some(&(from, command)) = self.commands.front() {
+                if from > self.time_s {
+                    break;
+                }
+                self.command = command;
+                self.commands.pop_front();
+            }
+            let stop = self.commands.front().map_or(end, |&(from, _)| from.min(end));
+            self.span(stop - self.time_s);
+            self.time_s = stop;
+        }
+    }
+
+    /// Integrates over an interval of constant command.
+    fn span(&mut self, duration: f64) {
+        self.played = self.played.clamp(self.command - self.physics.play_v, self.command + self.physics.play_v);
+        let target = self.played.clamp(-self.physics.max_v, self.physics.max_v);
+        let steps = (duration / self.step_s).ceil().max(1.0);
+        let h = duration / steps;
+        let decay = |tau: f64| if tau > 0.0 { (-0.25 * h / tau).exp() } else { 0.0 };
+        let spool_decay = decay(self.physics.lag_s);
+        for index in 0..steps as usize {
+            let now = self.time_s + h * index as f64;
+            if self.physics.y_delay_s > 0.0 {
+                self.positions.push_back((now, self.y));
+            }
+            self.move_spool(target, spool_decay, 0.25 * h);
+            self.gas(0.5 * h, now + 0.25 * h);
+            self.move_spool(target, spool_decay, 0.25 * h);
+            self.mechanics(h, now + 0.5 * h);
+            self.move_spool(target, spool_decay, 0.25 * h);
+            self.gas(0.5 * h, now + 0.75 * h);
+            self.move_spool(target, spool_decay, 0.25 * h);
+        }
+        if self.physics.y_delay_s > 0.0 {
+            let oldest = self.time_s + duration - self.physics.y_delay_s - 2.0 * self.step_s;
+            while self.positions.len() > 2 && self.positions[1].0 < oldest {
+                self.positions.pop_front();
+            }
+        }
+    }
+
+    fn move_spool(&mut self, target: f64, decay: f64, h: f64) {
+        let before = self.spool;
+        self.spool = target + (self.spool - target) * decay;
+        if let Some(rate) = self.physics.outside.slew {
+            self.spool = self.spool.clamp(before - rate * h, before + rate * h);
+        }
+    }
+
+    /// Effective opening: `atan(2 w)`, or the foreign curve, with the sign of `w`.
+    fn opening(&self) -> f64 {
+        let (ph, u) = (&self.physics, self.spool);
+        let w = if u >= ph.right_v {
+            ph.slope_right * (u - ph.right_v)
+        } else if u <= ph.left_v {
+            ph.slope_left * (u - ph.left_v)
+        } else {
+            0.0
+        };
+        match ph.outside.opening {
+            None => (2.0 * w).atan(),
+            Some([exponent, full]) => {
+                std::f64::consts::FRAC_PI_2 * (w.abs() / full).min(1.0).powf(exponent).copysign(w)
+            }
+        }
+    }
+
+    /// Flow through an orifice of the valve from `up` to `down`, kg/s per radian of opening.
+    fn orifice(&self, beta: f64, up: f64, down: f64) -> f64 {
+        let ph = &self.physics;
+        let Some([critical, scale]) = ph.choked else {
+            return beta * (up - down);
+        };
+        if down > up {
+            return -self.orifice(beta, down, up);
+        }
+        let sonic = scale * beta * (ph.supply_pa - ph.atmosphere_pa) / ph.supply_pa;
+        let psi = |r: f64| {
+            if r <= critical { 1.0 } else { (1.0 - ((r - critical) / (1.0 - critical)).powi(2)).max(0.0).sqrt() }
+        };
+        let r = down / up;
+        // The last thousandth is laminar: a straight line to zero instead of an infinite slope.
+        let psi = if r > 0.999 { psi(0.999) * (1.0 - r) / 0.001 } else { psi(r) };
+        sonic * up * psi
+    }
+
+    /// What a cushion leaves of the exhaust of a chamber whose end is `distance` away.
+    fn cushion(&self, distance: f64) -> f64 {
+        match self.physics.outside.cushion {
+            Some([length, remaining]) if distance < length => remaining,
+            _ => 1.0,
+        }
+    }
+
+    /// Rates of the two chamber pressures and of the supply at constant piston.
+    fn gas_rates(&self, p_a: f64, p_b: f64, supply: f64, opening: f64, now: f64) -> [f64; 3] {
+        let ph = &self.physics;
+        let amount = opening.abs();
+        let (into_a, into_b, drawn);
+        if opening >= 0.0 {
+            into_a = amount * self.orifice(ph.fill, supply, p_a);
+            into_b = -amount * self.orifice(ph.exhaust, p_b, ph.atmosphere_pa) * self.cushion(ph.half_stroke - self.y);
+            drawn = into_a;
+        } else {
+            into_a = -amount * self.orifice(ph.exhaust, p_a, ph.atmosphere_pa) * self.cushion(ph.half_stroke + self.y);
+            into_b = amount * self.orifice(ph.fill, supply, p_b);
+            drawn = into_b;
+        }
+        let across = ph.leak_cross * (p_a - p_b);
+        let q_a = into_a - across - ph.leak_a * (p_a - ph.atmosphere_pa);
+        let q_b = into_b + across - ph.leak_b * (p_b - ph.atmosphere_pa);
+        let temperature = ph.temperature_k + ph.outside.warming * now;
+        let heat = ph.gas_constant * ph.exponent * temperature;
+        let chamber = |volume: f64, growth: f64, p: f64, q: f64| {
+            // A chamber at its least volume no longer feels the piston.
+            let growth = if volume > ph.least_volume { growth } else { 0.0 };
+            (heat * q - ph.exponent * p * ph.area * growth) / volume.max(ph.least_volume)
+        };
+        [
+            chamber(ph.volume_a + ph.area * self.y, self.v, p_a, q_a),
+            chamber(ph.volume_b - ph.area * self.y, -self.v, p_b, q_b),
+            if ph.droop > 0.0 { (self.source(now) - ph.droop * drawn - supply) / ph.droop_s } else { 0.0 },
+        ]
+    }
+
+    /// Pressure of the supply before any droop.
+    fn source(&self, now: f64) -> f64 {
+        let pulse = self
+            .physics
+            .outside
+            .pulsation
+            .map_or(0.0, |[amplitude, hz]| amplitude * (std::f64::consts::TAU * hz * now).sin());
+        self.physics.supply_pa + pulse
+    }
+
+    /// Gas and pressure sensors for `h` seconds at constant piston.
+    fn gas(&mut self, h: f64, now: f64) {
+        if self.physics.droop <= 0.0 {
+            self.supply = self.source(now);
+        }
+        let opening = self.opening();
+        let first = self.gas_rates(self.p_a, self.p_b, self.supply, opening, now);
+        let mid = 0.5 * h;
+        let (a, b, s) = (self.p_a + mid * first[0], self.p_b + mid * first[1], self.supply + mid * first[2]);
+        let rates = self.gas_rates(a, b, s, opening, now);
+        let tau = self.physics.sensor_s;
+        if tau > 0.0 {
+            // Second order in h, like the rest.
+            let share = h / tau * (1.0 - 0.5 * h / tau);
+            self.sensed_a += share * (a - self.sensed_a);
+            self.sensed_b += share * (b - self.sensed_b);
+        }
+        self.p_a += h * rates[0];
+        self.p_b += h * rates[1];
+        self.supply += h * rates[2];
+        if tau <= 0.0 {
+            (self.sensed_a, self.sensed_b) = (self.p_a, self.p_b);
+        }
+    }
+
+    /// Bristle for `h` seconds at constant velocity and plasticity: exact.
+    fn bristle(&self, z: f64, v: f64, g: f64, h: f64) -> (f64, f64) {
+        let alpha = plasticity(&self.physics, z, v, g);
+        let rate = alpha * self.physics.sigma0 / g * v.abs();
+        let x = rate * h;
+        let z = if x < 1e-9 { z + h * v } else { v / rate + (z - v / rate) * (-x).exp() };
+        (z, rate)
+    }
+
+    /// Piston, bristle and a loose load for `h` seconds at constant pressures.
+    fn mechanics(&mut self, h: f64, now: f64) {
+        let limit = self.physics.half_stroke;
+        let push = self.physics.area * (self.p_a - self.p_b) - self.physics.force;
+        let outward = self.y.signum();
+        if self.y.abs() >= limit && self.v == 0.0 && (push - self.physics.sigma0 * self.z) * outward >= 0.0 {
+            self.loose_load(h);
+            return;
+        }
+        let loose = self.loose_load(h);
+        let ph = &self.physics;
+        let middle = self.y + 0.5 * h * self.v;
+        let g = sliding_force(ph, self.v, middle, self.p_a + self.p_b, now, self.rest_s);
+        let (z_half, rate) = self.bristle(self.z, self.v, g, 0.5 * h);
+        // z' = v - rate z, with rate proportional to |v|: linear in v at fixed z.
+        let pull = if self.v == 0.0 { 0.0 } else { rate * z_half / self.v };
+        let damping = ph.sigma1 * (1.0 - pull) + ph.sigma2;
+        let drag = ph.outside.drag * self.v * self.v.abs();
+        let force = push + loose - ph.sigma0 * z_half - drag;
+        let k = 0.5 * h * damping / ph.mass;
+        let v_new = ((1.0 - k) * self.v + h * force / ph.mass) / (1.0 + k);
+        let y_new = self.y + 0.5 * h * (self.v + v_new);
+        let g = sliding_force(ph, v_new, y_new, self.p_a + self.p_b, now, self.rest_s);
+        let (z_new, _) = self.bristle(z_half, v_new, g, 0.5 * h);
+        let v_rest = 0.5 * ph.stribeck;
+        (self.y, self.v, self.z) = (y_new, v_new, z_new);
+        self.rest_s = if v_new.abs() < v_rest { self.rest_s + h } else { 0.0 };
+        if self.y.abs() >= limit && self.v * self.y > 0.0 {
+            self.y = limit.copysign(self.y);
+            self.v = 0.0;
+        }
+    }
+
+    /// Moves a loose part of the load and gives its force on the piston.
+    fn loose_load(&mut self, h: f64) -> f64 {
+        let Some(second) = self.physics.outside.second_mass else { return 0.0 };
+        let gap = (self.y + 0.5 * h * self.v) - (self.load_y + 0.5 * h * self.load_v);
+        let pressed = gap - gap.clamp(-second.half_gap, second.half_gap);
+        let force = if pressed == 0.0 && second.half_gap > 0.0 {
+            0.0
+        } else {
+            second.stiffness * pressed + second.damping * (self.v - self.load_v)
+        };
+        let before = self.load_v;
+        self.load_v += h * force / second.mass;
+        self.load_y += 0.5 * h * (before + self.load_v);
+        -force
+    }
+
+    /// What ideal sensors show now.
+    #[must_use]
+    pub fn read(&self) -> Reading {
+        let ph = &self.physics;
+        let y = self.late_position();
+        let bowed = y + ph.outside.bow * ph.half_stroke * (std::f64::consts::PI * y / ph.half_stroke).sin();
+        let gain = 1.0 + ph.outside.pressure_gain;
+        Reading {
+            y_m: ph.y_scale * bowed,
+            p_a_pa: gain * self.sensed_a + ph.a_offset,
+            p_b_pa: gain * self.sensed_b + ph.b_offset,
+            p_sup_pa: self.supply,
+        }
+    }
+
+    fn late_position(&self) -> f64 {
+        let at = self.time_s - self.physics.y_delay_s;
+        let mut later = (self.time_s, self.y);
+        for &earlier in self.positions.iter().rev() {
+            if earlier.0 <= at {
+                let part = if later.0 > earlier.0 { (at - earlier.0) / (later.0 - earlier.0) } else { 0.0 };
+                return earlier.1 + part * (later.1 - earlier.1);
+            }
+            later = earlier;
+        }
+        later.1
+    }
+}

@@ -1,0 +1,69 @@
+//! The synthetic rig and `plant-model` were written apart; on every effect they must tell the same story.
+
+use plant_model::{Effect, Simulator};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rig_files::RigFile;
+use synthesis::{Case, Cause, Chain, Family, Law, Which, strength};
+
+/// What remains is the synthetic integrator's own step (40 us, second order): a part of a sensor's noise.
+const POSITION_M: f64 = 2e-5;
+const PRESSURE_PA: f64 = 100.0;
+
+/// Largest differences in position (m) and pressure (Pa) when `plant-model` replays the commands of a recording.
+fn differences(rig_file: &RigFile, causes: Vec<Cause>, family: Family, seed: u64) -> (f64, f64) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let experiment = family.draw(&rig_file.rig, 10.0, &mut rng);
+    let case = Case {
+        truth: rig_file.rig,
+        law: Law::for_rig(&rig_file.rig, 0.8),
+        chain: Chain::ideal(),
+        rig_file: rig_file.clone(),
+        causes,
+        experiment,
+        seed,
+    };
+    let (log, ideal) = case.record();
+    let effects = Cause::effects(&case.causes);
+    let mut simulator = Simulator::<f64>::new(&case.truth, &effects).expect("a valid rig");
+    let p = synthesis::Physics::new(&case.truth, &case.causes).rest_pressure_pa();
+    let start = simulator.plant().state_at_rest(case.experiment.start_m, p, p);
+    simulator.set_state(start);
+    let (mut worst_y, mut worst_p) = (0.0_f64, 0.0_f64);
+    let u = log.u_v.as_ref().expect("the command is recorded");
+    for row in 0..log.len() {
+        let shown = simulator.measure();
+        worst_y = worst_y.max((shown.y_m - ideal[row].y_m).abs());
+        worst_p = worst_p.max((shown.p_a_pa - ideal[row].p_a_pa).abs());
+        worst_p = worst_p.max((shown.p_b_pa - ideal[row].p_b_pa).abs());
+        if row + 1 < log.len() {
+            simulator.advance(u[row], log.t_s[row + 1] - log.t_s[row]);
+        }
+    }
+    (worst_y, worst_p)
+}
+
+#[test]
+fn every_effect_moves_the_synthetic_rig_as_it_moves_the_model() {
+    let mut report = String::new();
+    for (name, rig_file) in [("a", RigFile::paper_a()), ("b", RigFile::paper_b()), ("c", RigFile::paper_c())] {
+        for family in [Family::Everyday, Family::Identification] {
+            let mut sets = vec![vec![]];
+            sets.extend(Effect::ALL.map(|effect| vec![effect]));
+            for set in sets {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+                let causes: Vec<Cause> = set
+                    .iter()
+                    .map(|effect| strength::draw(Which::Catalogue(*effect), &rig_file.rig, 1.0, &mut rng))
+                    .collect();
+                let ids: Vec<_> = causes.iter().map(Cause::id).collect();
+                let (y, p) = differences(&rig_file, causes, family, 3);
+                let line = format!("{name} {:<15} {:<22} {:10.3e} m {:10.2} Pa\n", family.id(), ids.join("+"), y, p);
+                if !(y < POSITION_M && p < PRESSURE_PA) {
+                    report += &line;
+                }
+            }
+        }
+    }
+    assert!(report.is_empty(), "differences beyond {POSITION_M} m or {PRESSURE_PA} Pa:\n{report}");
+}
