@@ -62,7 +62,7 @@ fn draw(
     }
     let family = Family::GOOD[rng.random_range(0..3)];
     let experiment = family.draw(&rig_file.rig, duration, rng);
-    let law = Law::for_rig(&rig_file.rig, rng.random_range(0.5..1.2));
+    let law = Law::for_rig(&rig_file.rig, rng.random_range(0.8..1.6));
     Case { rig_file, truth, causes, experiment, law, chain, seed }
 }
 

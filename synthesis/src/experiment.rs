@@ -84,25 +84,39 @@ pub struct Segment {
     pub reference: Option<Reference>,
     /// Added command in V, if any.
     pub command: Option<Periodic>,
+    /// In open loop: limit switches turn the command round before the piston reaches an end.
+    pub guarded: bool,
 }
 
 impl Segment {
     /// Closed loop.
     #[must_use]
     pub fn follow(duration_s: f64, reference: Reference) -> Self {
-        Self { duration_s, reference: Some(reference), command: None }
+        Self { duration_s, reference: Some(reference), command: None, guarded: false }
     }
 
-    /// Open loop.
+    /// Closed loop with a command added to the law's output: for motion faster than the loop.
+    #[must_use]
+    pub fn shaken(duration_s: f64, reference: Reference, command: Periodic) -> Self {
+        Self { duration_s, reference: Some(reference), command: Some(command), guarded: false }
+    }
+
+    /// Open loop between limit switches.
     #[must_use]
     pub fn open(duration_s: f64, command: Periodic) -> Self {
-        Self { duration_s, reference: None, command: Some(command) }
+        Self { duration_s, reference: None, command: Some(command), guarded: true }
+    }
+
+    /// Open loop that may run against an end stop.
+    #[must_use]
+    pub fn push(duration_s: f64, volts: f64) -> Self {
+        Self { duration_s, reference: None, command: Some(Periodic::constant(volts)), guarded: false }
     }
 
     /// Valve at mid position.
     #[must_use]
     pub fn closed_valve(duration_s: f64) -> Self {
-        Self { duration_s, reference: None, command: None }
+        Self { duration_s, reference: None, command: None, guarded: false }
     }
 }
 
@@ -113,6 +127,8 @@ pub struct Demand {
     pub y_ref_m: Option<f64>,
     /// Command in V that is added, or acts alone in open loop.
     pub added_v: f64,
+    /// Whether limit switches watch over the open loop.
+    pub guarded: bool,
 }
 
 /// A whole experiment.
@@ -163,7 +179,7 @@ impl Player<'_> {
             self.index += 1;
         }
         let Some(segment) = self.experiment.segments.get(self.index) else {
-            return Demand { y_ref_m: None, added_v: 0.0 };
+            return Demand { y_ref_m: None, added_v: 0.0, guarded: false };
         };
         let t = t_s - self.began_s;
         let y_ref_m = segment.reference.map(|reference| match reference {
@@ -175,6 +191,6 @@ impl Player<'_> {
             self.last_m = y_ref_m;
         }
         let added_v = segment.command.map_or(0.0, |command| command.at(t, segment.duration_s));
-        Demand { y_ref_m, added_v }
+        Demand { y_ref_m, added_v, guarded: segment.guarded }
     }
 }

@@ -60,13 +60,15 @@ pub struct Controller {
     law: Law,
     last: Option<(f64, f64)>,
     velocity: f64,
+    /// Sign of the end the limit switches are turning away from, or zero.
+    turned: f64,
 }
 
 impl Controller {
     /// At rest.
     #[must_use]
     pub fn new(law: Law) -> Self {
-        Self { law, last: None, velocity: 0.0 }
+        Self { law, last: None, velocity: 0.0, turned: 0.0 }
     }
 
     /// The command at time `t` for a measured position.
@@ -86,9 +88,16 @@ impl Controller {
                 let fade = (raw.abs() / FADE_V).min(1.0);
                 raw + fade * if raw >= 0.0 { law.right_v } else { law.left_v } + demand.added_v
             }
-            // Limit switches: open loop never pushes on towards a near end.
-            None if y_m.abs() > law.turn_back_m && demand.added_v * y_m > 0.0 => -demand.added_v,
-            None => demand.added_v,
+            None => {
+                // Limit switches turn the motion round until the piston is half-way back.
+                if !demand.guarded || y_m * self.turned < 0.5 * law.turn_back_m {
+                    self.turned = 0.0;
+                }
+                if demand.guarded && y_m.abs() > law.turn_back_m {
+                    self.turned = y_m.signum();
+                }
+                if demand.added_v * self.turned > 0.0 { -demand.added_v } else { demand.added_v }
+            }
         };
         command.clamp(-law.max_v, law.max_v)
     }

@@ -61,7 +61,7 @@ fn record_once(
     let rows = (experiment.duration_s() / chain.period_s).round() as usize;
     let mut t_s = 0.0_f64;
     let mut times = Vec::with_capacity(rows);
-    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(rows); 6];
+    let mut columns: Vec<Vec<f64>> = (0..6).map(|_| Vec::with_capacity(rows)).collect();
     let mut ideal = Vec::with_capacity(rows);
     let mut last_reference = experiment.start_m;
     let (mut swings, mut side) = (0_u32, 0.0);

@@ -99,6 +99,11 @@ impl Scale {
         (share * self.half).min(0.5 * self.top_speed / (TAU * hz))
     }
 
+    /// Frequency at which full opening in alternation moves the piston over this share of half the stroke.
+    fn stroke_hz(&self, share: f64) -> f64 {
+        (self.top_speed / (2.0 * share * self.half)).clamp(0.3, 4.0)
+    }
+
     /// A command a given voltage beyond the dead zone.
     fn open_v(&self, beyond_v: f64) -> f64 {
         (self.threshold_v + beyond_v).min(self.max_v)
@@ -112,54 +117,57 @@ impl Scale {
 #[must_use]
 pub fn identification(rig: &Rig<f64>, duration_s: f64) -> Experiment {
     let s = Scale::of(rig);
-    let step = |share: f64, duration: f64| Segment::follow(duration, Reference::Step(share * s.half));
-    let ramp = |share: f64, duration: f64| Segment::follow(duration, Reference::Ramp(share * s.half));
+    // Going from one place to another takes a slow rig longer than the sequence would give it.
+    let travel = |from: f64, to: f64, least: f64| least.max(1.4 * (to - from).abs() * s.half / (0.7 * s.top_speed));
+    let step = |from: f64, to: f64, least: f64| Segment::follow(travel(from, to, least), Reference::Step(to * s.half));
+    let ramp = |from: f64, to: f64, least: f64| Segment::follow(travel(from, to, least), Reference::Ramp(to * s.half));
     let sine = |hz: f64, share: f64, centre: f64, duration: f64| {
         let amplitude = s.amplitude(hz, share);
         Segment::follow(duration, Reference::Periodic(Periodic::new(Wave::Sine, centre * s.half, amplitude, hz)))
     };
     // The loop holds the middle while a command is added to it: for motion faster than the loop.
-    let shaken = |wave: Wave, centre: f64, volts: f64, hz: f64, end_hz: f64, duration: f64| Segment {
-        duration_s: duration,
-        reference: Some(Reference::Step(centre * s.half)),
-        command: Some(Periodic { wave, centre: 0.0, amplitude: volts, hz, end_hz }),
+    let shaken = |wave: Wave, centre: f64, volts: f64, hz: f64, end_hz: f64, duration: f64| {
+        let command = Periodic { wave, centre: 0.0, amplitude: volts, hz, end_hz };
+        Segment::shaken(duration, Reference::Step(centre * s.half), command)
     };
-    // Towards an end stop, gently, then with the valve open against it.
-    let push = |sign: f64, volts: f64, duration: f64| Segment::open(duration, Periodic::constant(sign * volts));
+    // The last quarter of half the stroke at 0.4 V beyond the dead zone (0.43 of full opening), and a second to build up.
+    let push_s = 1.0 + 0.25 * s.half / (0.43 * s.top_speed);
     let segments = vec![
         // Large steps: full flow both ways, inertia, droop, coefficients.
-        step(0.55, 1.6),
-        step(-0.55, 1.6),
+        step(0.0, 0.55, 1.6),
+        step(0.55, -0.55, 1.6),
         // Sealed chambers of unequal size well above atmosphere: leaks to atmosphere, offsets, cooling after the move.
         Segment::closed_valve(2.2),
-        step(0.7, 1.8),
+        step(-0.55, 0.7, 1.8),
         Segment::closed_valve(2.2),
         // Slow ramps both ways: Coulomb and static friction, Stribeck, position dependence, constant force.
-        ramp(-0.1, 3.0),
-        ramp(0.5, 2.6),
+        ramp(0.7, -0.1, 3.0),
+        ramp(-0.1, 0.5, 2.6),
         // Sines from slow and large to fast and small: mass, viscous friction, volumes, exponent.
         sine(0.4, 0.6, 0.0, 2.5),
         sine(1.0, 0.5, 0.3, 2.0),
         sine(2.5, 0.3, -0.3, 2.0),
         // Faster than the loop: lag against delay, sensor lag, position delay.
         shaken(Wave::Sine, 0.0, s.open_v(0.8), 1.0, 10.0, 4.0),
-        shaken(Wave::Square, 0.0, s.open_v(1.2), 3.0, 6.0, 1.5),
+        // The valve wide open in alternation: the largest flows, accelerations and differences of pressure in motion.
+        Segment::open(3.0, Periodic::new(Wave::Square, 0.0, s.open_v(3.0), s.stroke_hz(0.5))),
+        step(0.0, -0.2, 0.8),
         // Small slow reversals about mid: dead zone, hysteresis, breakaway.
         shaken(Wave::Triangle, -0.2, s.open_v(0.25), 0.5, 0.5, 4.0),
         shaken(Wave::Triangle, 0.3, s.open_v(0.6), 1.0, 1.0, 2.0),
         // Against both end stops: supply pressure on one side, atmosphere on the other, then sealed. The largest
         // pressure difference there is, for the leak across the piston, and the largest sum of pressures.
-        ramp(0.95, 1.2),
-        push(1.0, s.open_v(0.4), 1.0),
+        ramp(0.3, 0.95, 1.2),
+        Segment::push(push_s, s.open_v(0.4)),
         Segment::closed_valve(2.0),
-        ramp(-0.95, 1.8),
-        push(-1.0, s.open_v(0.4), 1.0),
+        ramp(0.95, -0.95, 1.8),
+        Segment::push(push_s, -s.open_v(0.4)),
         Segment::closed_valve(2.0),
         // Back, so that the last part (usually held back for checking) moves as well.
-        step(0.2, 1.0),
+        step(-0.95, 0.2, 1.0),
         sine(0.8, 0.5, 0.0, 1.5),
-        step(-0.4, 1.0),
-        step(0.4, 1.0),
+        step(0.0, -0.4, 1.0),
+        step(-0.4, 0.4, 1.0),
     ];
     let total: f64 = segments.iter().map(|segment| segment.duration_s).sum();
     let segments =
@@ -235,7 +243,7 @@ fn mixed(s: &Scale, duration_s: f64, rng: &mut Xoshiro256PlusPlus) -> Vec<Segmen
             let pause = Segment::closed_valve(rng.random_range(0.5..1.5));
             (0..count)
                 .map(|_| {
-                    let volts = s.open_v(rng.random_range(0.1..1.0)) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+                    let volts = s.open_v(rng.random_range(0.1..3.0)) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
                     Segment::open(rng.random_range(0.2..0.8), Periodic::constant(volts))
                 })
                 .chain([pause])
@@ -245,11 +253,8 @@ fn mixed(s: &Scale, duration_s: f64, rng: &mut Xoshiro256PlusPlus) -> Vec<Segmen
             let volts = s.open_v(rng.random_range(0.1..0.8));
             let wave = if rng.random_bool(0.5) { Wave::Triangle } else { Wave::Square };
             let hz = rng.random_range(0.7..3.0);
-            vec![Segment {
-                duration_s: rng.random_range(2.0..4.0),
-                reference: Some(Reference::Step(s.half * rng.random_range(-0.4..0.4))),
-                command: Some(Periodic::new(wave, 0.0, volts, hz)),
-            }]
+            let about = Reference::Step(s.half * rng.random_range(-0.4..0.4));
+            vec![Segment::shaken(rng.random_range(2.0..4.0), about, Periodic::new(wave, 0.0, volts, hz))]
         }
         _ => closed_loop_part(kind, s, rng),
     })

@@ -6,11 +6,13 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rig_files::RigFile;
 use synthesis::{Case, Cause, Chain, Family, Law, Which, strength};
 
-/// What remains is the synthetic integrator's own step (40 us, second order): a part of a sensor's noise.
-const POSITION_M: f64 = 2e-5;
-const PRESSURE_PA: f64 = 100.0;
+/// Accepted root mean square differences: a tenth of a position sensor's noise, a twentieth of a
+/// pressure sensor's. What remains is the synthetic integrator's own step (40 us, second order), which shows
+/// where the piston hits an end stop.
+const POSITION_M: f64 = 5e-6;
+const PRESSURE_PA: f64 = 30.0;
 
-/// Largest differences in position (m) and pressure (Pa) when `plant-model` replays the commands of a recording.
+/// Root mean square differences in position (m) and pressure (Pa) when `plant-model` replays the commands of a recording.
 fn differences(rig_file: &RigFile, causes: Vec<Cause>, family: Family, seed: u64) -> (f64, f64) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let experiment = family.draw(&rig_file.rig, 10.0, &mut rng);
@@ -29,18 +31,19 @@ fn differences(rig_file: &RigFile, causes: Vec<Cause>, family: Family, seed: u64
     let p = synthesis::Physics::new(&case.truth, &case.causes).rest_pressure_pa();
     let start = simulator.plant().state_at_rest(case.experiment.start_m, p, p);
     simulator.set_state(start);
-    let (mut worst_y, mut worst_p) = (0.0_f64, 0.0_f64);
+    let (mut sum_y, mut sum_p) = (0.0_f64, 0.0_f64);
     let u = log.u_v.as_ref().expect("the command is recorded");
     for row in 0..log.len() {
         let shown = simulator.measure();
-        worst_y = worst_y.max((shown.y_m - ideal[row].y_m).abs());
-        worst_p = worst_p.max((shown.p_a_pa - ideal[row].p_a_pa).abs());
-        worst_p = worst_p.max((shown.p_b_pa - ideal[row].p_b_pa).abs());
+        sum_y += (shown.y_m - ideal[row].y_m).powi(2);
+        sum_p += 0.5 * (shown.p_a_pa - ideal[row].p_a_pa).powi(2);
+        sum_p += 0.5 * (shown.p_b_pa - ideal[row].p_b_pa).powi(2);
         if row + 1 < log.len() {
             simulator.advance(u[row], log.t_s[row + 1] - log.t_s[row]);
         }
     }
-    (worst_y, worst_p)
+    let rows = log.len() as f64;
+    ((sum_y / rows).sqrt(), (sum_p / rows).sqrt())
 }
 
 #[test]
