@@ -15,7 +15,7 @@ const PRESSURE_PA: f64 = 30.0;
 /// Root mean square differences in position (m) and pressure (Pa) when `plant-model` replays the commands of a recording.
 fn differences(rig_file: &RigFile, causes: Vec<Cause>, family: Family, seed: u64) -> (f64, f64) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let experiment = family.draw(&rig_file.rig, 10.0, &mut rng);
+    let experiment = family.draw(&rig_file.rig, 5.0, &mut rng);
     let case = Case {
         truth: rig_file.rig,
         law: Law::for_rig(&rig_file.rig, 0.8),
