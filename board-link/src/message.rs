@@ -34,30 +34,30 @@ pub enum Command {
     Version,
     /// State, readings and counters.
     Status,
-    /// Idle → armed. Refused in any other state.
+    /// Idle → running, holding the present position. Refused in any other state.
     Arm,
-    /// Armed or running → idle, valve to mid.
+    /// Running → idle, valve to mid.
     Disarm,
-    /// Safe → idle; acknowledges the reason. Refused while the reason persists.
+    /// Safe → self-test → idle; acknowledges the reason. Falls back to safe while the reason persists.
     Acknowledge,
     /// What drives the setpoint.
     Generate(Generator),
     /// Reads one parameter.
     Get(Parameter),
-    /// Changes one parameter until the next reset. Only while idle.
+    /// Changes one parameter until the next reset. Not while running.
     Set(Parameter, f32),
-    /// Writes all parameters to flash. Only while idle.
+    /// Writes all parameters to flash. Not while running.
     Save,
-    /// Back to the defaults, until the next reset unless saved. Only while idle.
+    /// Back to the defaults, until the next reset unless saved. Not while running.
     Defaults,
-    /// Bench mode: the on-board model replaces sensors and valve, and the valve output stays at mid. Only while idle.
+    /// Bench mode: the on-board model replaces sensors and valve, and the valve output stays at mid. Not while running.
     Bench {
         /// On or off.
         on: bool,
     },
     /// The message of the last panic or fault, if there was one.
     LastFault,
-    /// Restarts the board. Only while idle.
+    /// Restarts the board. Not while running.
     Restart,
 }
 

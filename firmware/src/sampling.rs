@@ -1,16 +1,43 @@
 //! The control interrupt: the only code between the converter and the valve.
+//!
+//! It allocates nothing, waits for nothing and logs nothing. It meets the background in three places, all lock-free: a
+//! queue of orders coming in, a queue of records going out, and [`SNAPSHOT`].
 
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+use control::ExternalFaults;
+use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt;
+use firmware_core::{ControlLoop, Order, Record, Snapshot};
+use heapless::spsc::{Consumer, Producer, Queue};
 
 use crate::board::{Sampler, Valve};
+
+/// Records between two rounds of the telemetry task (2 ms): 20 at 10 kHz undecimated, and some for slow rounds.
+const RECORDS: usize = 64;
+/// The background sends one order and waits until it has been taken.
+const ORDERS: usize = 2;
+
+/// What the background may read at any time.
+pub(crate) static SNAPSHOT: Snapshot = Snapshot::new();
+/// Set by the command task for every good frame, cleared by the interrupt.
+pub(crate) static HOST_HEARD: AtomicBool = AtomicBool::new(false);
+/// Conversions read; wraps.
+pub(crate) static SAMPLED: AtomicU32 = AtomicU32::new(0);
+/// Control steps finished; wraps.
+pub(crate) static CONTROLLED: AtomicU32 = AtomicU32::new(0);
 
 /// What the interrupt owns.
 struct Owned {
     sampler: Sampler,
     valve: Valve,
+    control_loop: ControlLoop,
+    orders: Consumer<'static, Order>,
+    records: Producer<'static, Record>,
+    cycles_per_tick: u32,
+    last_entry: Option<u32>,
+    overran: bool,
 }
 
 struct OwnedCell(UnsafeCell<Option<Owned>>);
@@ -18,27 +45,93 @@ struct OwnedCell(UnsafeCell<Option<Owned>>);
 unsafe impl Sync for OwnedCell {}
 static OWNED: OwnedCell = OwnedCell(UnsafeCell::new(None));
 
-/// Ticks sampled since start; wraps.
-pub(crate) static TICKS: AtomicU32 = AtomicU32::new(0);
-/// Ticks whose valve code came too late; wraps.
-pub(crate) static OVERRUNS: AtomicU32 = AtomicU32::new(0);
+/// The background's ends of the queues.
+pub(crate) struct Background {
+    /// Orders for the loop.
+    pub(crate) orders: Producer<'static, Order>,
+    /// Records of the loop.
+    pub(crate) records: Consumer<'static, Record>,
+}
 
 /// Starts the tick. Called once.
-pub(crate) fn start(sampler: Sampler, mut valve: Valve, tick_hz: u32) {
+pub(crate) fn start(mut sampler: Sampler, mut valve: Valve, control_loop: ControlLoop, tick_hz: u32) -> Background {
+    static ORDER_QUEUE: static_cell::ConstStaticCell<Queue<Order, ORDERS>> =
+        static_cell::ConstStaticCell::new(Queue::new());
+    static RECORD_QUEUE: static_cell::ConstStaticCell<Queue<Record, RECORDS>> =
+        static_cell::ConstStaticCell::new(Queue::new());
+    let (order_in, orders) = ORDER_QUEUE.take().split();
+    let (records, record_out) = RECORD_QUEUE.take().split();
+    sampler.set_rate(tick_hz);
+    valve.set(control_loop.safe_code());
     valve.latch_with_tick();
+    let cycles_per_tick = sampler.cycles_per_tick();
     // SAFETY: the interrupt is not enabled yet, see `OwnedCell`.
-    let owned = unsafe { &mut *OWNED.0.get() }.insert(Owned { sampler, valve });
-    owned.sampler.start(tick_hz);
+    let owned = unsafe { &mut *OWNED.0.get() }.insert(Owned {
+        sampler,
+        valve,
+        control_loop,
+        orders,
+        records,
+        cycles_per_tick,
+        last_entry: None,
+        overran: false,
+    });
+    owned.sampler.start();
+    Background { orders: order_in, records: record_out }
 }
 
 #[interrupt]
 fn ADC1_2() {
+    let entry = DWT::cycle_count();
     // SAFETY: see `OwnedCell`.
     let Some(owned) = (unsafe { &mut *OWNED.0.get() }) else { return };
-    let _sequence = owned.sampler.read();
-    owned.valve.set(2048);
-    TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
-    if owned.sampler.overran() {
-        OVERRUNS.store(OVERRUNS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    let sequence = owned.sampler.read();
+    count(&SAMPLED);
+    let sampled = DWT::cycle_count();
+
+    let elapsed = owned.last_entry.map_or(0, |last| entry.wrapping_sub(last));
+    owned.last_entry = Some(entry);
+    let faults = ExternalFaults {
+        missed_tick: elapsed > owned.cycles_per_tick + owned.cycles_per_tick / 2,
+        late_tick: owned.overran,
+        overrun: sequence.mixed,
+        model_disagreement: false,
+    };
+    if faults.missed_tick {
+        SNAPSHOT.count_late();
     }
+    let host_heard = HOST_HEARD.load(Ordering::Relaxed);
+    if host_heard {
+        HOST_HEARD.store(false, Ordering::Relaxed);
+    }
+    if let Some(order) = owned.orders.dequeue() {
+        owned.control_loop.order(order);
+    }
+    let tick = owned.control_loop.tick(sequence.codes, faults, host_heard);
+    let controlled = DWT::cycle_count();
+    owned.valve.set(tick.valve);
+    let written = DWT::cycle_count();
+    owned.overran = owned.sampler.overran();
+    if owned.overran {
+        SNAPSHOT.count_overrun();
+    }
+    count(&CONTROLLED);
+
+    // Past the valve: what follows may take its time.
+    SNAPSHOT.publish(&tick.record, owned.control_loop.bench());
+    SNAPSHOT.note_cycles(written.wrapping_sub(entry));
+    if tick.record_due {
+        // More than 65 535 cycles do not fit a tick at any rate worth telling apart.
+        let stamp = |at: u32| at.wrapping_sub(entry).min(0xFFFF) as u16;
+        let record = Record { stamps: [stamp(sampled), stamp(controlled), stamp(written)], ..tick.record };
+        if owned.records.enqueue(record).is_err() {
+            SNAPSHOT.count_lost();
+        }
+    }
+}
+
+/// Only the interrupt writes these: a plain load and store, cheaper than an atomic addition.
+#[inline(always)]
+fn count(counter: &AtomicU32) {
+    counter.store(counter.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }

@@ -1,40 +1,95 @@
-//! Boot: valve first, then clocks, then the rest.
+//! Boot: valve first, then clocks, then the note of the previous run, parameters, loop, background.
 
-use core::sync::atomic::Ordering;
-
+use board_link::TextWord;
+use control::Reason;
 use defmt_rtt as _;
 use embassy_executor::Spawner;
-use embassy_time::{Duration, Ticker};
-use static_cell::StaticCell;
+use firmware_core::{ControlLoop, Desk, Loaded, Settings};
+use static_cell::ConstStaticCell;
 
-use crate::board::{self, Board, SerialBuffers};
-use crate::{faults, sampling};
+use crate::board::{self, Board, ResetCause, SerialBuffers};
+use crate::commands::{CommandTask, command_task};
+use crate::faults::{self, FaultKind, PreviousFault};
+use crate::sampling;
+use crate::storage;
+use crate::supervisor::supervisor_task;
+use crate::telemetry::telemetry_task;
 
 #[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+async fn main(spawner: Spawner) {
+    // Until here the pin was high impedance, and the output stage held the valve at mid.
     board::valve_to_mid_at_once();
     let cause = board::reset_cause();
     let previous = faults::take_previous();
-    static BUFFERS: StaticCell<SerialBuffers> = StaticCell::new();
-    let mut board = Board::start(BUFFERS.init(SerialBuffers { transmit: [0; 256], receive: [0; 256] }));
-    defmt::info!("boot {}", cause);
-    if let Some(fault) = previous {
-        defmt::error!("fault {} {=str} {}", fault.kind, fault.text(), fault.registers());
+
+    static BUFFERS: ConstStaticCell<SerialBuffers> =
+        ConstStaticCell::new(SerialBuffers { transmit: [0; 256], receive: [0; 256] });
+    let board = Board::start(BUFFERS.take());
+    enable_cycle_counter();
+    defmt::info!("boot {=str} {=str} cause={}", board::NAME, env!("CARGO_PKG_VERSION"), cause);
+    if let Some(fault) = &previous {
+        defmt::error!("previous run: {} {=str} {}", fault.kind, fault.text(), fault.registers());
     }
-    board.watchdog.unleash();
-    sampling::start(board.sampler, board.valve, 1000);
-    let mut every_5_ms = Ticker::every(Duration::from_millis(5));
-    let mut seen = 0;
-    loop {
-        every_5_ms.next().await;
-        let ticks = sampling::TICKS.load(Ordering::Relaxed);
-        if ticks != seen {
-            board.watchdog.pet();
-        }
-        seen = ticks;
-        if ticks % 500 < 5 {
-            board.light.toggle();
-            defmt::info!("ticks {=u32} overruns {=u32}", ticks, sampling::OVERRUNS.load(Ordering::Relaxed));
-        }
+
+    let mut store = storage::open(board.flash);
+    let loaded = match &mut store {
+        Some(store) => store.load().await,
+        None => Loaded::Corrupt(Settings::default()),
+    };
+    match &loaded {
+        Loaded::Stored(_) => defmt::info!("parameters from flash"),
+        Loaded::Empty(_) => defmt::info!("no parameters in flash: defaults"),
+        Loaded::Corrupt(_) => defmt::error!("parameters in flash are unusable: defaults"),
     }
+    // Both were checked; should that ever be wrong, the defaults are known to fit together.
+    let mut settings = loaded.settings();
+    let config = match settings.control_config() {
+        Ok(config) => config,
+        Err(_) => {
+            settings = Settings::default();
+            defmt::unwrap!(settings.control_config().ok(), "the defaults fit together")
+        }
+    };
+
+    let reset = reset_reason(cause, previous.as_ref());
+    let control_loop = ControlLoop::new(config, reset, settings.telemetry_every());
+    let desk = Desk::new(settings.clone(), board::NAME, env!("CARGO_PKG_VERSION"), fault_text(previous.as_ref()));
+    let background = sampling::start(board.sampler, board.valve, control_loop, settings.tick_hz());
+    spawner.spawn(defmt::unwrap!(telemetry_task(background.records, settings)));
+    spawner.spawn(defmt::unwrap!(command_task(CommandTask { desk, orders: background.orders, store }, board.serial)));
+    spawner.spawn(defmt::unwrap!(supervisor_task(board.watchdog, board.light)));
+}
+
+/// What the operator has to acknowledge before the loop may leave the safe state.
+fn reset_reason(cause: ResetCause, previous: Option<&PreviousFault>) -> Option<Reason> {
+    match (previous.map(|fault| fault.kind), cause) {
+        (Some(FaultKind::StackOverflow), _) => Some(Reason::StackOverflow),
+        (Some(FaultKind::Panic | FaultKind::HardFault), _) => Some(Reason::Panic),
+        (None, ResetCause::Watchdog) => Some(Reason::WatchdogReset),
+        (None, ResetCause::PowerOrPin | ResetCause::Software | ResetCause::Other) => None,
+    }
+}
+
+/// For `plant-sim board last-fault`.
+fn fault_text(previous: Option<&PreviousFault>) -> TextWord {
+    use core::fmt::Write;
+    let mut text = TextWord::new();
+    // A text that does not fit is cut; it is a diagnosis for people.
+    let _ = match previous {
+        None => Ok(()),
+        Some(fault) if fault.kind == FaultKind::Panic => write!(text, "{}", fault.text()),
+        Some(fault) => {
+            let name = if fault.kind == FaultKind::StackOverflow { "stack overflow" } else { "hard fault" };
+            let [cfsr, hfsr, bfar, sp] = fault.registers();
+            write!(text, "{name}: CFSR {cfsr:#010x} HFSR {hfsr:#010x} BFAR {bfar:#010x} SP {sp:#010x}")
+        }
+    };
+    text
+}
+
+fn enable_cycle_counter() {
+    // SAFETY: nothing else uses these two debug blocks.
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
 }

@@ -33,6 +33,9 @@ use embassy_stm32::usart::{self, BufferedUart};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, flash, peripherals, triggers};
 
+/// Told to whoever asks.
+pub(crate) const NAME: &str = "nucleo-g474re";
+
 /// Core clock. 170 MHz is the most the G474 runs at, in range 1 boost mode (DS12288, table 17).
 pub(crate) const CORE_HZ: u32 = 170_000_000;
 
@@ -58,6 +61,10 @@ const WATCHDOG_US: u32 = 20_000;
 
 /// First byte of the parameter storage, as an offset into flash, and its end: the last 8 KiB of bank 2.
 pub(crate) const PARAMETER_FLASH: core::ops::Range<u32> = 0x0007_E000..0x0008_0000;
+
+/// Shortest conversion of the sequence in counts of the tick timer, which runs at the converter's own clock:
+/// 4 × 16 × 25 cycles. (The trigger adds a few; they make the bound safe.)
+const CONVERSION_COUNTS: u16 = 4 * 16 * 25;
 
 /// Oversampling ratio 16 without shift makes 0..=65 520 of the converter's 0..=4095.
 const OVERSAMPLING_16: u8 = 3;
@@ -234,30 +241,37 @@ pub(crate) struct Sampler {
 pub(crate) struct Sequence {
     /// Position, p_a, p_b, p_sup, 0..=65 535.
     pub(crate) codes: [u16; 4],
+    /// The next conversion was under way while these were read: samples of two ticks may be mixed.
+    pub(crate) mixed: bool,
 }
 
 impl Sampler {
-    /// Starts ticking; the interrupt fires from now on.
-    ///
-    /// `tick_hz` lies in [`SLOWEST_TICK_HZ`]`..=`[`FASTEST_TICK_HZ`]; outside it is limited.
-    pub(crate) fn start(&mut self, tick_hz: u32) {
-        let hz = tick_hz.clamp(SLOWEST_TICK_HZ, FASTEST_TICK_HZ);
-        let counts = TICK_TIMER_HZ / hz;
+    /// Sets the tick rate; outside [`SLOWEST_TICK_HZ`]`..=`[`FASTEST_TICK_HZ`] it is limited.
+    pub(crate) fn set_rate(&mut self, tick_hz: u32) {
+        let counts = TICK_TIMER_HZ / tick_hz.clamp(SLOWEST_TICK_HZ, FASTEST_TICK_HZ);
+        // 42.5 MHz / 650 Hz = 65 384: fits 16 bits.
         self.tick_counts = counts as u16;
         let timer = pac::TIM6;
         timer.psc().write_value((CORE_HZ / TICK_TIMER_HZ - 1) as u16);
         timer.arr().write(|w| w.set_arr((counts - 1) as u16));
-        timer.cr2().modify(|w| w.set_mms(pac::timer::vals::Mms::UPDATE));
+        // Loads prescaler and period; before the update becomes a trigger, so that no conversion starts yet.
         timer.egr().write(|w| w.set_ug(true));
         timer.sr().write(|w| w.set_uif(false));
+        timer.cr2().modify(|w| w.set_mms(pac::timer::vals::Mms::UPDATE));
+    }
+
+    /// Starts ticking; the interrupt fires from now on.
+    pub(crate) fn start(&mut self) {
         // SAFETY: the interrupt's data is in place before the first tick; `sampling::start` is the only caller.
         unsafe { interrupt::ADC1_2.enable() };
-        timer.cr1().modify(|w| w.set_cen(true));
+        pac::TIM6.cr1().modify(|w| w.set_cen(true));
     }
 
     /// Reads the finished sequence and acknowledges it. For the end-of-sequence interrupt only.
     #[inline(always)]
     pub(crate) fn read(&mut self) -> Sequence {
+        // The sequence ends CONVERSION_COUNTS after the update. A smaller count is one of the next period.
+        let mixed = pac::TIM6.cnt().read().cnt() < CONVERSION_COUNTS;
         pac::TIM6.sr().write(|w| w.set_uif(false));
         let adc = pac::ADC1;
         let raw = [0, 1, 2, 3].map(|rank| adc.jdr(rank).read().jdata());
@@ -266,7 +280,7 @@ impl Sampler {
             w.set_jeos(true);
             w.set_jeoc(true);
         });
-        Sequence { codes: raw.map(full_range) }
+        Sequence { codes: raw.map(full_range), mixed }
     }
 
     /// Whether the next tick has begun since [`Sampler::read`]: the valve code of this one came too late.

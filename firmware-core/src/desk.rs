@@ -1,0 +1,185 @@
+//! Commands → answers, and orders for the control loop. The desk decides; the shell carries bytes, orders and flash.
+
+use board_link::{Command, Refusal, Reply, StateWord, Status, TextWord, Version};
+use control::{Command as ControlCommand, Mode};
+
+use crate::bench::BenchPlant;
+use crate::control_loop::Order;
+use crate::generator::Course;
+use crate::settings::Settings;
+use crate::snapshot::Snapshot;
+
+/// What the shell has to do for a command.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is no allocator, and one exists at a time")]
+pub enum Action {
+    /// Nothing but send the answer.
+    Reply(Reply),
+    /// Hand the order to the control loop, wait until the loop has taken it, and answer [`Reply::Done`] if the mode is then
+    /// as the outcome says, [`Refusal::State`] otherwise.
+    Order(Order, OrderOutcome),
+    /// Write [`Desk::settings`] to flash, then answer.
+    Save,
+    /// Answer, then restart the board.
+    Restart,
+}
+
+/// What shows that an order was carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrderOutcome {
+    /// Nothing to show.
+    Any,
+    /// The loop runs.
+    Running,
+    /// The loop is idle.
+    Idle,
+    /// The loop has left the safe state for the self-test, and has not fallen back.
+    NotSafe,
+}
+
+impl OrderOutcome {
+    /// Whether `mode` shows it.
+    #[must_use]
+    pub fn shown_by(self, mode: Mode) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Running => mode == Mode::Run,
+            Self::Idle => mode == Mode::Idle,
+            Self::NotSafe => !matches!(mode, Mode::Safe(_)),
+        }
+    }
+}
+
+/// The board's side of a conversation, past framing and sessions.
+#[derive(Debug)]
+pub struct Desk {
+    settings: Settings,
+    tick_hz: u32,
+    board: &'static str,
+    firmware: &'static str,
+    last_fault: TextWord,
+}
+
+impl Desk {
+    /// A desk for a loop that runs with `settings`; `board` and `firmware` are told to whoever asks for the version,
+    /// `last_fault` is the note of the previous run, empty if there was none.
+    #[must_use]
+    pub fn new(settings: Settings, board: &'static str, firmware: &'static str, last_fault: TextWord) -> Self {
+        Self { tick_hz: settings.tick_hz(), settings, board, firmware, last_fault }
+    }
+
+    /// The settings in force.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Judges a command. `bad_frames` is told in the status.
+    ///
+    /// # Errors
+    /// Why the command is refused; nothing has changed then.
+    pub fn decide(&mut self, command: Command, now: &Snapshot, bad_frames: u32) -> Result<Action, Refusal> {
+        let mode = now.mode();
+        let only_in = |wanted: bool| if wanted { Ok(()) } else { Err(Refusal::State) };
+        let order = |command, outcome| Ok(Action::Order(Order::Command(command), outcome));
+        match command {
+            // The session has answered it already.
+            Command::Hello { .. } => Ok(Action::Reply(Reply::Done)),
+            Command::Version => Ok(Action::Reply(Reply::Version(Version {
+                firmware: short(self.firmware),
+                board: short(self.board),
+                tick_hz: self.tick_hz,
+            }))),
+            Command::Status => Ok(Action::Reply(Reply::Status(status(now, bad_frames)))),
+            Command::LastFault => Ok(Action::Reply(Reply::Text(self.last_fault.clone()))),
+            Command::Arm => {
+                only_in(mode == Mode::Idle)?;
+                order(ControlCommand::Arm, OrderOutcome::Running)
+            }
+            Command::Disarm => {
+                only_in(mode == Mode::Run)?;
+                order(ControlCommand::Disarm, OrderOutcome::Idle)
+            }
+            Command::Acknowledge => {
+                only_in(matches!(mode, Mode::Safe(_)))?;
+                order(ControlCommand::ResetFault, OrderOutcome::NotSafe)
+            }
+            Command::Generate(generator) => {
+                let course = Course::prepare(&generator, self.tick_hz).map_err(Refusal::Generator)?;
+                Ok(Action::Order(Order::Course(course), OrderOutcome::Any))
+            }
+            Command::Get(parameter) => Ok(Action::Reply(Reply::Value(self.settings.get(parameter)))),
+            Command::Set(parameter, value) => {
+                only_in(mode != Mode::Run)?;
+                let mut changed = self.settings.clone();
+                changed.set(parameter, value).map_err(Refusal::Parameter)?;
+                self.configure(changed)
+            }
+            Command::Defaults => {
+                only_in(mode != Mode::Run)?;
+                self.configure(Settings::default())
+            }
+            Command::Save => {
+                only_in(mode != Mode::Run)?;
+                Ok(Action::Save)
+            }
+            Command::Bench { on } => {
+                only_in(mode != Mode::Run)?;
+                let order = if on {
+                    Order::BenchOn(BenchPlant::new(&self.settings).ok_or(Refusal::Configuration)?)
+                } else {
+                    Order::BenchOff
+                };
+                Ok(Action::Order(order, OrderOutcome::Any))
+            }
+            Command::Restart => {
+                only_in(mode != Mode::Run)?;
+                Ok(Action::Restart)
+            }
+        }
+    }
+
+    /// All or nothing: the settings change only if they fit together.
+    fn configure(&mut self, changed: Settings) -> Result<Action, Refusal> {
+        changed.check().map_err(|_| Refusal::Configuration)?;
+        // The tick rate is the timer's: it changes with the next start, and until then the law must know the present one.
+        let mut in_force = changed.clone();
+        in_force.set(board_link::Parameter::TickHz, self.tick_hz as f32).map_err(Refusal::Parameter)?;
+        let config = in_force.control_config().map_err(|_| Refusal::Configuration)?;
+        let every = changed.telemetry_every();
+        self.settings = changed;
+        Ok(Action::Order(Order::Configure(config, every), OrderOutcome::Any))
+    }
+}
+
+/// As much of a text as fits.
+fn short<const N: usize>(text: &str) -> heapless::String<N> {
+    let mut out = heapless::String::new();
+    for character in text.chars() {
+        if out.push(character).is_err() {
+            break;
+        }
+    }
+    out
+}
+
+fn status(now: &Snapshot, bad_frames: u32) -> Status {
+    use core::fmt::Write;
+    let readings = now.read();
+    let mut state = StateWord::new();
+    // The longest state word is shorter than the capacity; a longer one would be cut.
+    let _ = write!(state, "{}", readings.mode);
+    Status {
+        state,
+        ticks: readings.ticks,
+        codes: readings.codes,
+        dac_code: readings.dac,
+        setpoint_um: readings.setpoint_um,
+        telemetry_lost: readings.records_lost,
+        overruns: readings.overruns,
+        late_ticks: readings.late_ticks,
+        bad_frames,
+        worst_cycles: readings.worst_cycles,
+        bench: readings.bench,
+    }
+}

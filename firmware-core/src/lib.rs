@@ -1,0 +1,45 @@
+//! The part of the firmware that knows no hardware: it is the same on the board, under QEMU and on the desktop.
+//!
+//! ```text
+//!            control interrupt                            background
+//!  codes ─► ControlLoop::tick ─► valve code    Desk ◄─ requests (board-link)
+//!               ▲    │                          │
+//!    Order queue│    │record queue              │settings ◄─► ParameterStore (flash)
+//!               │    ▼                          │
+//!               │  telemetry                    ▼
+//!               └──────────────────────────── orders        Supervisor ─► watchdog
+//! ```
+//!
+//! | idea | file |
+//! | --- | --- |
+//! | one tick: generator, (bench plant,) control law, record | `control_loop.rs` |
+//! | setpoints over time, in integers | `generator.rs` |
+//! | the simulated plant in place of sensors and valve | `bench.rs` |
+//! | what one tick leaves for telemetry | `record.rs` |
+//! | what the background may read of the interrupt | `snapshot.rs` |
+//! | parameters as one set, checked as a whole | `settings.rs` |
+//! | parameters in flash | `store.rs` |
+//! | commands → answers and orders | `desk.rs` |
+//! | whether the watchdog may be fed | `supervisor.rs` |
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod bench;
+mod control_loop;
+mod desk;
+mod generator;
+mod record;
+mod settings;
+mod snapshot;
+mod store;
+mod supervisor;
+
+pub use bench::BenchPlant;
+pub use control_loop::{ControlLoop, Order, Tick};
+pub use desk::{Action, Desk, OrderOutcome};
+pub use generator::Course;
+pub use record::{Record, mode_from_number, mode_number};
+pub use settings::{Settings, SettingsError};
+pub use snapshot::{Readings, Snapshot};
+pub use store::{Loaded, ParameterStore, STORED_BYTES};
+pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};

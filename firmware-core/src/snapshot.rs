@@ -1,0 +1,143 @@
+//! What the background may read of the control interrupt at any time, without locks.
+
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use control::Mode;
+
+use crate::record::{Record, micrometres, mode_from_number};
+
+/// Written by the control interrupt, read by anybody. Each value is whole; two values may be a tick apart.
+#[derive(Debug, Default)]
+pub struct Snapshot {
+    ticks: AtomicU32,
+    position_and_a: AtomicU32,
+    b_and_supply: AtomicU32,
+    mode_and_dac: AtomicU32,
+    reference_bits: AtomicU32,
+    overruns: AtomicU32,
+    late_ticks: AtomicU32,
+    records_lost: AtomicU32,
+    worst_cycles: AtomicU32,
+    bench: AtomicU32,
+}
+
+/// A copy of everything in a [`Snapshot`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readings {
+    /// Ticks since start.
+    pub ticks: u32,
+    /// Position, p_a, p_b, p_sup.
+    pub codes: [u16; 4],
+    /// Mode after the last tick.
+    pub mode: Mode,
+    /// Valve code of the control law.
+    pub dac: u16,
+    /// Setpoint in force, micrometres.
+    pub setpoint_um: i32,
+    /// Ticks whose valve code came too late.
+    pub overruns: u32,
+    /// Ticks that began late or never.
+    pub late_ticks: u32,
+    /// Telemetry records lost.
+    pub records_lost: u32,
+    /// Most cycles from interrupt entry to the valve code.
+    pub worst_cycles: u32,
+    /// Bench mode.
+    pub bench: bool,
+}
+
+impl Snapshot {
+    /// All zero: boot.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            ticks: AtomicU32::new(0),
+            position_and_a: AtomicU32::new(0),
+            b_and_supply: AtomicU32::new(0),
+            mode_and_dac: AtomicU32::new(0),
+            reference_bits: AtomicU32::new(0),
+            overruns: AtomicU32::new(0),
+            late_ticks: AtomicU32::new(0),
+            records_lost: AtomicU32::new(0),
+            worst_cycles: AtomicU32::new(0),
+            bench: AtomicU32::new(0),
+        }
+    }
+
+    /// Publishes a tick. For the control interrupt alone: its counters are plain loads and stores.
+    #[inline]
+    pub fn publish(&self, record: &Record, bench: bool) {
+        let [position, a, b, supply] = record.codes.map(u32::from);
+        self.position_and_a.store(position << 16 | a, Relaxed);
+        self.b_and_supply.store(b << 16 | supply, Relaxed);
+        self.mode_and_dac.store(u32::from(record.mode) << 16 | u32::from(record.dac), Relaxed);
+        self.reference_bits.store(record.reference_bits as u32, Relaxed);
+        self.bench.store(u32::from(bench), Relaxed);
+        self.ticks.store(record.tick, Relaxed);
+    }
+
+    /// Counts a tick whose valve code came too late.
+    #[inline]
+    pub fn count_overrun(&self) {
+        self.overruns.store(self.overruns.load(Relaxed).wrapping_add(1), Relaxed);
+    }
+
+    /// Counts a tick that began late or never.
+    #[inline]
+    pub fn count_late(&self) {
+        self.late_ticks.store(self.late_ticks.load(Relaxed).wrapping_add(1), Relaxed);
+    }
+
+    /// Counts a telemetry record that found the queue full.
+    #[inline]
+    pub fn count_lost(&self) {
+        self.records_lost.store(self.records_lost.load(Relaxed).wrapping_add(1), Relaxed);
+    }
+
+    /// Keeps the largest duration.
+    #[inline]
+    pub fn note_cycles(&self, cycles: u32) {
+        if cycles > self.worst_cycles.load(Relaxed) {
+            self.worst_cycles.store(cycles, Relaxed);
+        }
+    }
+
+    /// Ticks since start.
+    #[must_use]
+    pub fn ticks(&self) -> u32 {
+        self.ticks.load(Relaxed)
+    }
+
+    /// The mode after the last tick.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        mode_from_number((self.mode_and_dac.load(Relaxed) >> 16) as u16).unwrap_or(Mode::Boot)
+    }
+
+    /// Telemetry records lost so far.
+    #[must_use]
+    pub fn records_lost(&self) -> u32 {
+        self.records_lost.load(Relaxed)
+    }
+
+    /// Everything.
+    #[must_use]
+    pub fn read(&self) -> Readings {
+        let (first, second) = (self.position_and_a.load(Relaxed), self.b_and_supply.load(Relaxed));
+        let mode_and_dac = self.mode_and_dac.load(Relaxed);
+        let halves = |word: u32| [(word >> 16) as u16, word as u16];
+        let ([position, a], [b, supply]) = (halves(first), halves(second));
+        Readings {
+            ticks: self.ticks(),
+            codes: [position, a, b, supply],
+            mode: self.mode(),
+            dac: mode_and_dac as u16,
+            setpoint_um: micrometres(control::Position::from_bits(self.reference_bits.load(Relaxed) as i32)),
+            overruns: self.overruns.load(Relaxed),
+            late_ticks: self.late_ticks.load(Relaxed),
+            records_lost: self.records_lost(),
+            worst_cycles: self.worst_cycles.load(Relaxed),
+            bench: self.bench.load(Relaxed) != 0,
+        }
+    }
+}

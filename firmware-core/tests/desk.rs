@@ -1,0 +1,206 @@
+//! The whole firmware without hardware: requests at the desk, orders to the loop, the simulated plant on the bench.
+
+use board_link::{Command, Generator, Parameter, Refusal, Reply};
+use control::{ExternalFaults, Mode, Reason};
+use firmware_core::{Action, ControlLoop, Desk, OrderOutcome, Progress, Settings, Snapshot, Supervisor, Verdict};
+
+/// Codes of a piston at mid-stroke with both chambers at 3.618 bar and 7 bar supply, with a little noise.
+fn at_rest(tick: u32) -> [u16; 4] {
+    let noise = (tick.wrapping_mul(2_654_435_761) >> 29) as u16;
+    [32_767 + noise, 23_710 + noise, 23_712 + noise, 45_870 + noise]
+}
+
+struct Board {
+    desk: Desk,
+    control_loop: ControlLoop,
+    snapshot: Snapshot,
+    valve: u16,
+}
+
+impl Board {
+    fn new() -> Self {
+        let settings = Settings::default();
+        let config = settings.control_config().expect("defaults fit together");
+        Self {
+            control_loop: ControlLoop::new(config, None, settings.telemetry_every()),
+            desk: Desk::new(settings, "desk-test", "0.0.0", "".try_into().expect("empty")),
+            snapshot: Snapshot::new(),
+            valve: 0,
+        }
+    }
+
+    fn run(&mut self, ticks: u32, mut codes: impl FnMut(u32) -> [u16; 4]) {
+        for tick in 0..ticks {
+            let tick = self.control_loop.tick(codes(tick), ExternalFaults::default(), true);
+            self.valve = tick.valve;
+            self.snapshot.publish(&tick.record, self.control_loop.bench());
+        }
+    }
+
+    fn ask(&mut self, command: Command) -> Result<Reply, Refusal> {
+        match self.desk.decide(command, &self.snapshot, 0)? {
+            Action::Reply(reply) => Ok(reply),
+            Action::Order(order, outcome) => {
+                self.control_loop.order(order);
+                let tick = self.control_loop.tick(at_rest(0), ExternalFaults::default(), true);
+                self.snapshot.publish(&tick.record, self.control_loop.bench());
+                if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
+            }
+            Action::Save | Action::Restart => Ok(Reply::Done),
+        }
+    }
+
+    fn idle() -> Self {
+        let mut board = Self::new();
+        board.run(200, at_rest);
+        assert_eq!(board.snapshot.mode(), Mode::Idle);
+        board
+    }
+}
+
+#[test]
+fn a_board_boots_to_idle_is_armed_moves_and_is_disarmed() {
+    let mut board = Board::idle();
+    let mid = board.valve;
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 50_000 })), Ok(Reply::Done));
+    board.run(2, at_rest);
+    // 4 V/m times 50 mm is 0.2 V, 82 codes of 2.44 mV.
+    assert!(board.valve.abs_diff(mid + 82) <= 2, "{} {}", board.valve, mid);
+    assert_eq!(board.ask(Command::Disarm), Ok(Reply::Done));
+    board.run(1, at_rest);
+    assert_eq!(board.valve, mid);
+}
+
+#[test]
+fn commands_are_refused_in_the_wrong_state() {
+    let mut board = Board::new();
+    assert_eq!(board.ask(Command::Arm), Err(Refusal::State));
+    let mut board = Board::idle();
+    assert_eq!(board.ask(Command::Disarm), Err(Refusal::State));
+    assert_eq!(board.ask(Command::Acknowledge), Err(Refusal::State));
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    for command in [
+        Command::Arm,
+        Command::Set(Parameter::Gain, 5.0),
+        Command::Defaults,
+        Command::Save,
+        Command::Bench { on: true },
+        Command::Restart,
+    ] {
+        assert_eq!(board.ask(command), Err(Refusal::State), "{command:?}");
+    }
+    assert_eq!(board.snapshot.mode(), Mode::Run);
+}
+
+#[test]
+fn a_refused_parameter_changes_nothing() {
+    let mut board = Board::idle();
+    let before = board.desk.settings().clone();
+    assert!(board.ask(Command::Set(Parameter::Gain, f32::NAN)).is_err());
+    assert!(board.ask(Command::Set(Parameter::Gain, -1.0)).is_err());
+    assert_eq!(board.ask(Command::Set(Parameter::PositionLow, 0.6)), Err(Refusal::Configuration));
+    assert_eq!(board.ask(Command::Set(Parameter::StaticFriction, 1.0)), Err(Refusal::Configuration));
+    assert_eq!(board.desk.settings(), &before);
+}
+
+#[test]
+fn a_setpoint_given_before_arming_does_not_move_the_piston_when_armed() {
+    let mut board = Board::idle();
+    let mid = board.valve;
+    assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 400_000 })), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    board.run(10, at_rest);
+    assert!(board.valve.abs_diff(mid) <= 2, "{} {}", board.valve, mid);
+}
+
+#[test]
+fn a_bare_board_with_floating_inputs_runs_on_the_bench_and_positions_the_simulated_piston() {
+    let mut board = Board::new();
+    board.run(300, |_| [0, 0, 0, 0]);
+    assert!(matches!(board.snapshot.mode(), Mode::Safe(Reason::Range(_))));
+    assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Acknowledge), Ok(Reply::Done));
+    board.run(300, |_| [0, 0, 0, 0]);
+    assert_eq!(board.snapshot.mode(), Mode::Idle);
+    let mid = board.valve;
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 45_000 })), Ok(Reply::Done));
+    board.run(8_000, |_| [0, 0, 0, 0]);
+    let position_m = f64::from(board.snapshot.read().codes[0]) / 65_535.0 - 0.5;
+    assert!((position_m - 0.045).abs() < 0.010, "{position_m}");
+    assert_eq!(board.snapshot.mode(), Mode::Run);
+    assert_eq!(board.valve, mid, "the real valve stays at mid on the bench");
+}
+
+#[test]
+fn every_generator_stays_within_its_bounds_and_starts_where_it_should() {
+    let mut board = Board::idle();
+    for generator in [
+        Generator::Step { low_um: -100_000, high_um: 100_000, period_ms: 500 },
+        Generator::Ramp { target_um: 100_000, duration_ms: 400 },
+        Generator::Sine { centre_um: 20_000, amplitude_um: 80_000, frequency_mhz: 3_000 },
+        Generator::Identification { centre_um: 0, amplitude_um: 100_000 },
+    ] {
+        assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+        assert_eq!(board.ask(Command::Generate(generator)), Ok(Reply::Done));
+        let mut extremes = [i32::MAX, i32::MIN];
+        for tick in 0..45_000 {
+            board.run(1, |_| at_rest(tick));
+            let um = board.snapshot.read().setpoint_um;
+            extremes = [extremes[0].min(um), extremes[1].max(um)];
+        }
+        assert!(extremes[0] >= -100_001 && extremes[1] <= 100_001, "{generator:?}: {extremes:?}");
+        assert!(extremes[1] >= 99_900, "{generator:?}: {extremes:?}");
+        assert_eq!(board.ask(Command::Disarm), Ok(Reply::Done));
+    }
+}
+
+#[test]
+fn malformed_generators_are_refused() {
+    let mut board = Board::idle();
+    for generator in [
+        Generator::Hold { position_um: i32::MIN },
+        Generator::Step { low_um: 0, high_um: 1, period_ms: 0 },
+        Generator::Ramp { target_um: 0, duration_ms: u32::MAX },
+        Generator::Sine { centre_um: i32::MAX, amplitude_um: i32::MAX, frequency_mhz: 1 },
+        Generator::Sine { centre_um: 0, amplitude_um: -1, frequency_mhz: 1 },
+        Generator::Sine { centre_um: 0, amplitude_um: 1, frequency_mhz: 0 },
+    ] {
+        assert!(matches!(board.ask(Command::Generate(generator)), Err(Refusal::Generator(_))), "{generator:?}");
+    }
+}
+
+#[test]
+fn the_watchdog_is_fed_only_when_sampling_control_and_communication_all_move() {
+    let all = Progress { sampling: 5, control: 5, communication: [1, 1] };
+    assert_eq!(Supervisor::default().check(all), Verdict::Feed);
+    for stopped in [
+        Progress { sampling: 0, ..all },
+        Progress { control: 0, ..all },
+        Progress { communication: [0, 1], ..all },
+        Progress { communication: [1, 0], ..all },
+    ] {
+        assert_ne!(Supervisor::default().check(stopped), Verdict::Feed, "{stopped:?}");
+    }
+}
+
+#[test]
+fn a_loop_that_stops_is_dead_after_two_checks() {
+    let mut supervisor = Supervisor::default();
+    let mut now = Progress { sampling: 5, control: 5, communication: [1, 1] };
+    assert_eq!(supervisor.check(now), Verdict::Feed);
+    now.communication = [2, 2];
+    assert_eq!(supervisor.check(now), Verdict::Wait);
+    now.communication = [3, 3];
+    assert_eq!(supervisor.check(now), Verdict::LoopDead);
+    now.sampling += 1;
+    now.control += 1;
+    assert_eq!(supervisor.check(now), Verdict::Feed);
+}
+
+#[test]
+fn an_order_that_was_not_carried_out_is_not_called_done() {
+    assert!(!OrderOutcome::Running.shown_by(Mode::Idle));
+    assert!(!OrderOutcome::NotSafe.shown_by(Mode::Safe(Reason::Overrun)));
+}

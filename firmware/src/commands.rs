@@ -1,0 +1,123 @@
+//! The command task: bytes of the virtual COM port ↔ requests, orders for the loop, parameters in flash.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use board_link::{Accumulator, Admission, FRAME_BYTES, Refusal, Reply, Request, Response, Session, encode};
+use cortex_m::peripheral::DWT;
+use embassy_stm32::usart::{BufferedUart, BufferedUartRx, BufferedUartTx};
+use embassy_time::{Duration, Timer, with_timeout};
+use embedded_io_async::{Read, Write};
+use firmware_core::{Action, Desk, Order, OrderOutcome};
+use heapless::spsc::Producer;
+
+use crate::sampling::{HOST_HEARD, SNAPSHOT};
+use crate::storage::Store;
+use crate::{board, telemetry};
+
+/// Rounds of this task; wraps. It goes round without a host, too.
+pub(crate) static ROUNDS: AtomicU32 = AtomicU32::new(0);
+
+/// Longest wait for bytes in one round, so that the rounds tell the supervisor that the task is alive.
+const ROUND: Duration = Duration::from_millis(2);
+/// Longest wait for the loop to take an order: it takes one per tick.
+const ORDER_WAIT_MS: u32 = 10;
+
+/// Everything the task owns.
+pub(crate) struct CommandTask {
+    /// Commands and their meaning.
+    pub(crate) desk: Desk,
+    /// Way to the loop.
+    pub(crate) orders: Producer<'static, Order>,
+    /// Parameters in flash.
+    pub(crate) store: Option<Store>,
+}
+
+/// Serves the virtual COM port.
+#[embassy_executor::task]
+pub(crate) async fn command_task(mut task: CommandTask, serial: BufferedUart<'static>) -> ! {
+    let (mut transmit, mut receive): (BufferedUartTx<'static>, BufferedUartRx<'static>) = serial.split();
+    let mut accumulator = Accumulator::new();
+    let mut session = Session::new();
+    let mut bad_frames = 0_u32;
+    loop {
+        alive();
+        let mut bytes = [0; 32];
+        let count = match with_timeout(ROUND, receive.read(&mut bytes)).await {
+            Ok(Ok(count)) => count,
+            // A line error: what was half received is worthless, and the frame's check would find out anyway.
+            Ok(Err(_)) | Err(_) => continue,
+        };
+        for byte in bytes.iter().take(count) {
+            match accumulator.push::<Request>(*byte) {
+                None => {}
+                Some(Err(_)) => bad_frames = bad_frames.wrapping_add(1),
+                Some(Ok(request)) => {
+                    HOST_HEARD.store(true, Ordering::Relaxed);
+                    let answer = match session.admit(&request, DWT::cycle_count()) {
+                        Admission::Answer(answer) => answer,
+                        Admission::Execute(command) => {
+                            let decision = task.desk.decide(command, &SNAPSHOT, bad_frames);
+                            let restart = matches!(decision, Ok(Action::Restart));
+                            let answer = session.answered(task.carry_out(decision).await);
+                            if restart {
+                                send(&mut transmit, &answer).await;
+                                // Long enough for the frame to leave the shift register at 115 200 baud.
+                                Timer::after_millis(20).await;
+                                board::reset();
+                            }
+                            answer
+                        }
+                    };
+                    send(&mut transmit, &answer).await;
+                }
+            }
+        }
+    }
+}
+
+fn alive() {
+    ROUNDS.store(ROUNDS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+}
+
+async fn send(transmit: &mut BufferedUartTx<'static>, answer: &Response) {
+    let mut buffer = [0; FRAME_BYTES];
+    if let Ok(frame) = encode(answer, &mut buffer) {
+        // The buffer holds a whole frame, so this waits for the previous answer at most; the host asks again if it is lost.
+        let _ = with_timeout(Duration::from_millis(10), transmit.write_all(frame)).await;
+    }
+}
+
+impl CommandTask {
+    async fn carry_out(&mut self, decision: Result<Action, Refusal>) -> Result<Reply, Refusal> {
+        match decision? {
+            Action::Reply(reply) => Ok(reply),
+            Action::Restart => Ok(Reply::Done),
+            Action::Order(order, outcome) => self.order(order, outcome).await,
+            Action::Save => {
+                let store = self.store.as_mut().ok_or(Refusal::Storage)?;
+                store.save(self.desk.settings()).await.map_err(|_| Refusal::Storage)?;
+                defmt::info!("parameters saved");
+                Ok(Reply::Done)
+            }
+        }
+    }
+
+    async fn order(&mut self, order: Order, outcome: OrderOutcome) -> Result<Reply, Refusal> {
+        self.orders.enqueue(order).map_err(|_| Refusal::Busy)?;
+        let before = SNAPSHOT.ticks();
+        for _ in 0..ORDER_WAIT_MS {
+            alive();
+            Timer::after_millis(1).await;
+            // Taken, and the tick that took it has been published: two ticks later at the latest.
+            if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 2 {
+                return if outcome.shown_by(SNAPSHOT.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) };
+            }
+        }
+        Err(Refusal::Busy)
+    }
+}
+
+/// Rounds of both background tasks, for the supervisor.
+pub(crate) fn background_rounds() -> [u32; 2] {
+    [ROUNDS.load(Ordering::Relaxed), telemetry::ROUNDS.load(Ordering::Relaxed)]
+}
