@@ -70,7 +70,8 @@ parameters! {
     DeadZoneLeft = 14: "dead_zone_left_v", 0.0, -100.0 => 100.0, "Left break-point of the valve's dead zone, V.";
     SlopeRight = 15: "slope_right", 1.0, 0.05 => 20.0, "Slope right of the dead zone.";
     SlopeLeft = 16: "slope_left", 1.0, 0.05 => 20.0, "Slope left of the dead zone.";
-    DeadZoneBlend = 17: "dead_zone_blend_v", 2.5e-3, 5.0e-4 => 1.0, "Half-width of the blend across the dead zone, V.";
+    DeadZoneBlend = 17: "dead_zone_blend_v", 0.0, 0.0 => 1.0,
+        "Half-width of the blend across the dead zone, V; 0: chosen from the converters.";
     MaxVoltage = 18: "max_voltage_v", 5.0, 0.01 => 100.0, "Largest valve voltage ever commanded, V.";
     PositionMargin = 19: "position_margin_m", 0.0, 0.0 => 7.9, "Readings closer than this to a range end are faults, m.";
     PressureLimitLow = 20: "pressure_limit_low_pa", 5.0e4, -1.0e6 => 8.0e6, "Lowest believable pressure, Pa.";

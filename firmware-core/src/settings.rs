@@ -75,9 +75,7 @@ impl Settings {
         Parameters {
             position_range_m: [self.get(P::PositionLow), self.get(P::PositionHigh)],
             pressure_range_pa: [self.get(P::PressureLow), self.get(P::PressureHigh)],
-            adc_bits: 16,
             valve_range_v: [self.get(P::ValveLow), self.get(P::ValveHigh)],
-            dac_bits: 12,
             tick_hz: self.tick_hz(),
             supply_sensor: self.get(P::SupplySensor) >= 0.5,
             gain_v_per_m: self.get(P::Gain),
@@ -88,7 +86,7 @@ impl Settings {
             dead_zone_left_v: self.get(P::DeadZoneLeft),
             slope_right: self.get(P::SlopeRight),
             slope_left: self.get(P::SlopeLeft),
-            dead_zone_blend_v: self.get(P::DeadZoneBlend),
+            dead_zone_blend_v: unless_zero(P::DeadZoneBlend),
             max_voltage_v: self.get(P::MaxVoltage),
             safe_voltage_v: None,
             position_margin_m: self.get(P::PositionMargin),
@@ -103,6 +101,8 @@ impl Settings {
             timing_fault_ticks: self.get(P::TimingFaultTicks) as u8,
             self_test_time_s: self.get(P::SelfTestTime),
             command_time_out_s: unless_zero(P::CommandTimeOut),
+            // 16-bit ADC codes and 12-bit DAC codes: what every board hands over.
+            ..Parameters::default()
         }
     }
 
