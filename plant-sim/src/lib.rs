@@ -16,10 +16,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod charts;
 pub mod closed_loop;
 pub mod controller;
 pub mod metrics;
 pub mod open_loop;
+pub mod recording;
 pub mod stdio;
 
 pub use closed_loop::{ClosedLoop, LoopError, LoopSettings, Noise};

@@ -11,19 +11,22 @@ use std::process::ExitCode;
 #[command(name = "plant-sim", version, max_term_width = 110)]
 struct CommandLine {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Subcommand, Debug)]
 enum Command {
+    Run(commands::run::Arguments),
     Simulate(commands::simulate::Arguments),
     Controller(commands::controller::Arguments),
 }
 
 fn main() -> ExitCode {
     let result = match CommandLine::parse().command {
-        Command::Simulate(arguments) => commands::simulate::run(&arguments),
-        Command::Controller(arguments) => commands::controller::run(&arguments),
+        None => commands::run::run(&commands::run::defaults()),
+        Some(Command::Run(arguments)) => commands::run::run(&arguments),
+        Some(Command::Simulate(arguments)) => commands::simulate::run(&arguments),
+        Some(Command::Controller(arguments)) => commands::controller::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,11 +1,13 @@
 //! One file per subcommand: its arguments, and what it does.
 
 pub(crate) mod controller;
+pub(crate) mod run;
 pub(crate) mod simulate;
 
+use report_html::Table;
 use rig_files::InputError;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a command failed, and with which exit status.
 #[derive(Debug)]
@@ -13,7 +15,6 @@ pub(crate) enum CliError {
     /// The user's files or arguments; exit status 2.
     Input(InputError),
     /// A combination of arguments that makes no sense; exit status 2.
-    #[allow(dead_code)]
     Usage(String),
     /// Anything else; exit status 1.
     Failed(String),
@@ -43,10 +44,57 @@ impl From<InputError> for CliError {
     }
 }
 
-/// The rig of `--rig`, or the paper's case (a).
+/// The rig of `--rig`.
 #[derive(clap::Args, Debug)]
 pub(crate) struct RigArgument {
     /// Rig file (TOML), e.g. rigs/paper-a.toml
     #[arg(long, value_name = "FILE")]
     pub(crate) rig: PathBuf,
+}
+
+/// Creates an output folder with its parents.
+pub(crate) fn make_folder(path: &Path) -> Result<(), CliError> {
+    std::fs::create_dir_all(path).map_err(|error| {
+        let remedy = "choose a folder you may write to with --out";
+        CliError::Input(InputError::new(path.display().to_string(), format!("cannot be created: {error}"), remedy))
+    })
+}
+
+/// Refuses a number outside its range (NaN included).
+pub(crate) fn in_range(option: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), CliError> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(CliError::Usage(format!("{option} {value} must lie from {low} to {high} ({unit})")))
+    }
+}
+
+/// A name as a file name: letters, digits and dashes.
+pub(crate) fn file_name(name: &str) -> String {
+    let plain: String = name.chars().map(|c| if c.is_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
+    plain.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+}
+
+/// A table for the terminal: first column to the left, the others to the right.
+pub(crate) fn text_table(table: &Table) -> String {
+    let columns = table.head.len();
+    let width = |column: usize| {
+        let cells = table.rows.iter().filter_map(|row| row.get(column)).chain(table.head.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |cells: &[String]| {
+        let mut text = String::new();
+        for (column, (cell, width)) in cells.iter().zip(&widths).enumerate() {
+            let padding = " ".repeat(width - cell.chars().count());
+            text += &if column == 0 { format!("{cell}{padding}") } else { format!("  {padding}{cell}") };
+        }
+        text.trim_end().to_string() + "\n"
+    };
+    let rule: Vec<String> = widths.iter().map(|width| "─".repeat(*width)).collect();
+    let mut text = line(&table.head) + &line(&rule);
+    for row in &table.rows {
+        text += &line(row);
+    }
+    text
 }

@@ -1,0 +1,228 @@
+//! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
+
+use super::CliError;
+use plant_sim::charts;
+use plant_sim::controller;
+use plant_sim::metrics::StepMetrics;
+use plant_sim::recording::Recording;
+use plant_sim::{LoopSettings, Noise};
+use report_html::{Page, Table, Tone, svg};
+use rig_files::{InputError, RigFile, write_file};
+use std::path::PathBuf;
+
+/// Position one or several rigs under the firmware's own control law; this is what plant-sim does without a command.
+///
+/// Plant, sensors with noise, converters with quantisation and oversampling, the firmware's fixed-point control tick, DAC
+/// and valve form one loop. By default the three cylinders of the paper move to its target of 45 mm at 4 V/m. A table is
+/// printed; the report is one HTML file with plots to zoom and hover that works offline.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = "EXAMPLES\n  \
+    plant-sim run\n  \
+    plant-sim run --rig rigs/real-mpye.toml --gain 8 --target 0.1 --duration 4\n  \
+    plant-sim run --noise-position 0 --noise-pressure 0 --seed 7 --logs")]
+pub(crate) struct Arguments {
+    /// Rig file (TOML); repeat it to compare rigs. By default the paper's three cylinders
+    #[arg(long, value_name = "FILE")]
+    rig: Vec<PathBuf>,
+    /// Controller file (TOML) that replaces the values derived from the rig
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Proportional gain, V/m (default: that of the controller file, else 4)
+    #[arg(long, value_name = "V_PER_M")]
+    gain: Option<f32>,
+    /// Target position, m from mid-stroke
+    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true)]
+    target: f64,
+    /// Length of the run, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 6.0)]
+    duration: f64,
+    /// Standard deviation of the position sensor's noise, m
+    #[arg(long, value_name = "METRES", default_value_t = Noise::default().position_m)]
+    noise_position: f64,
+    /// Standard deviation of the pressure sensors' noise, Pa
+    #[arg(long, value_name = "PASCAL", default_value_t = Noise::default().pressure_pa)]
+    noise_pressure: f64,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for the report, the picture and the logs
+    #[arg(long, value_name = "FOLDER", default_value = "out")]
+    out: PathBuf,
+    /// Also write what the controller's sensors showed as one log (CSV) per rig
+    #[arg(long)]
+    logs: bool,
+}
+
+struct Run {
+    name: String,
+    recording: Recording,
+    metrics: StepMetrics,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    check(arguments)?;
+    let rigs = if arguments.rig.is_empty() {
+        vec![RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()]
+    } else {
+        arguments.rig.iter().map(|path| RigFile::read(path)).collect::<Result<_, _>>()?
+    };
+    let settings = LoopSettings {
+        noise: Noise { position_m: arguments.noise_position, pressure_pa: arguments.noise_pressure },
+        seed: arguments.seed,
+        ..LoopSettings::default()
+    };
+    let mut runs = Vec::new();
+    for rig in &rigs {
+        runs.push(position(rig, arguments, &settings)?);
+    }
+
+    let table = table(&runs);
+    println!("{}", super::text_table(&table));
+    warn_if_safe(&runs);
+
+    super::make_folder(&arguments.out)?;
+    let report = arguments.out.join("run.html");
+    let page = page(&runs, table, arguments);
+    write_file(&report, |out| out.write_all(page.to_html().as_bytes()))?;
+    let picture = arguments.out.join("run.svg");
+    write_file(&picture, |out| out.write_all(picture_of(&runs, arguments)?.as_bytes()))?;
+    println!("Report:  {}", report.display());
+    println!("Picture: {}", picture.display());
+    if arguments.logs {
+        for run in &runs {
+            let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name)));
+            run.recording.to_log().write(&path)?;
+            println!("Log:     {}", path.display());
+        }
+    }
+    Ok(())
+}
+
+fn check(arguments: &Arguments) -> Result<(), CliError> {
+    super::in_range("--duration", arguments.duration, 0.1, 600.0, "seconds")?;
+    super::in_range("--target", arguments.target, -7.9, 7.9, "metres from mid-stroke")?;
+    super::in_range("--noise-position", arguments.noise_position, 0.0, 0.1, "metres")?;
+    super::in_range("--noise-pressure", arguments.noise_pressure, 0.0, 1.0e6, "pascals")?;
+    if arguments.target == 0.0 {
+        return Err(CliError::Usage("--target 0 is where the piston starts; choose another position".into()));
+    }
+    Ok(())
+}
+
+fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Result<Run, CliError> {
+    let half_m = rig.rig.cylinder.stroke_m / 2.0;
+    if arguments.target.abs() > half_m {
+        let text = format!("--target {} is beyond the end stops of {} (±{half_m} m)", arguments.target, rig.name);
+        return Err(CliError::Usage(text));
+    }
+    let mut parameters = match &arguments.config {
+        Some(path) => controller::read_parameters(path, rig)?,
+        None => controller::parameters(rig),
+    };
+    if let Some(gain) = arguments.gain {
+        parameters.gain_v_per_m = gain;
+    }
+    let ticks = (arguments.duration * f64::from(rig.io.tick_hz)).round() as usize + 1;
+    let recording = Recording::run(rig, &parameters, settings, ticks, |_| arguments.target)
+        .map_err(|error| InputError::new(&rig.name, error.to_string(), "correct the value"))?;
+    let metrics = recording.step_metrics(arguments.target);
+    Ok(Run { name: rig.name.clone(), recording, metrics })
+}
+
+fn warn_if_safe(runs: &[Run]) {
+    for run in runs {
+        if run.recording.mode != control::Mode::Run {
+            eprintln!("warning: {}: the controller ended in `{}`", run.name, run.recording.mode);
+        }
+    }
+}
+
+fn table(runs: &[Run]) -> Table {
+    let seconds = |time: Option<f64>| time.map_or("–".to_string(), |time| format!("{time:.3}"));
+    let mut table = Table::new([
+        "rig",
+        "rise 10–90 %, s",
+        "overshoot, %",
+        "settled to 2 %, s",
+        "settled to 0.1 mm, s",
+        "steady error, mm",
+        "hunting, ± mm",
+    ]);
+    for Run { name, metrics, .. } in runs {
+        table.row([
+            name.clone(),
+            seconds(metrics.rise_s),
+            format!("{:.1}", 100.0 * metrics.overshoot),
+            seconds(metrics.settling_2_percent_s),
+            seconds(metrics.settling_0_1_mm_s),
+            format!("{:.3}", 1e3 * metrics.steady_error_m),
+            format!("{:.3}", 1e3 * metrics.hunting_m),
+        ]);
+    }
+    table
+}
+
+fn named(runs: &[Run]) -> Vec<(&str, &Recording)> {
+    runs.iter().map(|run| (run.name.as_str(), &run.recording)).collect()
+}
+
+fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
+    let target_mm = arguments.target * 1e3;
+    let mut page = Page::new(format!("Positioning step to {target_mm} mm"));
+    page.text(
+        "The firmware's fixed-point control law positions simulated pneumatic cylinders: sensors with noise, converters \
+         with quantisation and oversampling, one tick of output delay, valve, chambers, friction.",
+    );
+    for run in runs.iter().filter(|run| run.recording.mode != control::Mode::Run) {
+        let text = format!("{}: the controller ended in `{}`.", run.name, run.recording.mode);
+        page.callout(Tone::Bad, text);
+    }
+    page.table(table.caption(
+        "Settling: the time after which the error stays within the band; – means that it does not within the run. \
+         Steady error and hunting are taken from the last third.",
+    ));
+    page.plot(charts::positions(&named(runs), arguments.target));
+    page.plot(charts::errors(&named(runs), arguments.target, arguments.duration * 2.0 / 3.0));
+    for run in runs {
+        page.section(run.name.clone());
+        page.plots(charts::details(&run.name, &run.recording));
+    }
+    page.section("How to repeat it");
+    page.block(report_html::Block::Code(command_line(arguments)));
+    page
+}
+
+fn command_line(arguments: &Arguments) -> String {
+    let mut text = String::from("plant-sim run");
+    for rig in &arguments.rig {
+        text += &format!(" --rig {}", rig.display());
+    }
+    if let Some(config) = &arguments.config {
+        text += &format!(" --config {}", config.display());
+    }
+    if let Some(gain) = arguments.gain {
+        text += &format!(" --gain {gain}");
+    }
+    text += &format!(" --target {} --duration {}", arguments.target, arguments.duration);
+    text += &format!(" --noise-position {} --noise-pressure {}", arguments.noise_position, arguments.noise_pressure);
+    text + &format!(" --seed {}", arguments.seed)
+}
+
+fn picture_of(runs: &[Run], arguments: &Arguments) -> std::io::Result<String> {
+    let named = named(runs);
+    let mut plots = vec![charts::positions(&named, arguments.target).height_px(340)];
+    if let Some((name, run)) = named.first() {
+        plots.push(charts::pressures(&format!("Chamber pressures, {name}"), run).height_px(340));
+    }
+    svg(&plots, 2, 560).map_err(std::io::Error::other)
+}
+
+/// The arguments of `plant-sim` without a command.
+pub(crate) fn defaults() -> Arguments {
+    #[derive(clap::Parser)]
+    struct Alone {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+    <Alone as clap::Parser>::parse_from(["plant-sim"]).arguments
+}
