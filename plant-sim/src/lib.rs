@@ -19,6 +19,7 @@
 pub mod charts;
 pub mod closed_loop;
 pub mod controller;
+pub mod import;
 pub mod metrics;
 pub mod open_loop;
 pub mod recording;

@@ -18,6 +18,8 @@ struct CommandLine {
 enum Command {
     Run(commands::run::Arguments),
     Simulate(commands::simulate::Arguments),
+    Import(commands::import::Arguments),
+    Plot(commands::plot::Arguments),
     Controller(commands::controller::Arguments),
 }
 
@@ -26,6 +28,8 @@ fn main() -> ExitCode {
         None => commands::run::run(&commands::run::defaults()),
         Some(Command::Run(arguments)) => commands::run::run(&arguments),
         Some(Command::Simulate(arguments)) => commands::simulate::run(&arguments),
+        Some(Command::Import(arguments)) => commands::import::run(&arguments),
+        Some(Command::Plot(arguments)) => commands::plot::run(&arguments),
         Some(Command::Controller(arguments)) => commands::controller::run(&arguments),
     };
     match result {

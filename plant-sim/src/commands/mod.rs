@@ -1,6 +1,8 @@
 //! One file per subcommand: its arguments, and what it does.
 
 pub(crate) mod controller;
+pub(crate) mod import;
+pub(crate) mod plot;
 pub(crate) mod run;
 pub(crate) mod simulate;
 
