@@ -170,6 +170,15 @@ impl Which {
             .ok_or_else(|| CauseError::UnknownEffect { id: id.to_string(), known: Self::ids().join(", ") })
     }
 
+    /// The identifier.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Catalogue(effect) => effect.id(),
+            Self::Foreign(foreign) => foreign.id(),
+        }
+    }
+
     /// All identifiers.
     #[must_use]
     pub fn ids() -> Vec<&'static str> {

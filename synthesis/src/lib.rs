@@ -26,6 +26,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod blind;
 mod case;
 mod cause;
 mod chain;

@@ -1,0 +1,255 @@
+//! Which cases a suite contains, and how one is drawn from its seed.
+
+use crate::case::{Case, Stated, true_rig};
+use crate::cause::{Cause, Which};
+use crate::chain::Chain;
+use crate::foreign::Foreign;
+use crate::law::Law;
+use crate::sequences::Family;
+use crate::strength;
+use plant_model::Effect;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rig_files::{Column, RigFile};
+use std::fmt;
+use std::str::FromStr;
+
+/// Kinds of cases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Class {
+    /// One effect of everyday strength.
+    Single,
+    /// One effect of a quarter of everyday strength.
+    Weak,
+    /// Two effects.
+    Pairs,
+    /// Three effects.
+    Triples,
+    /// No effect.
+    Null,
+    /// One effect from outside the catalogue.
+    Unknown,
+    /// One effect, and columns missing.
+    Partial,
+    /// An experiment that shows little, with one effect or none.
+    Poor,
+}
+
+impl Class {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 8] =
+        [Self::Single, Self::Weak, Self::Pairs, Self::Triples, Self::Null, Self::Unknown, Self::Partial, Self::Poor];
+
+    /// Word on the command line and in tables.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::Weak => "weak",
+            Self::Pairs => "pairs",
+            Self::Triples => "triples",
+            Self::Null => "null",
+            Self::Unknown => "unknown",
+            Self::Partial => "partial",
+            Self::Poor => "poor",
+        }
+    }
+}
+
+/// How good the rig file's nominal values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Nominal {
+    /// Exact, and the rig file says so.
+    Exact,
+    /// 2 % standard error in flow coefficients, volumes, mass and friction, and the rig file says so.
+    TwoPercent,
+}
+
+impl Nominal {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Exact, Self::TwoPercent];
+
+    /// Word on the command line and in tables.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::TwoPercent => "2%",
+        }
+    }
+
+    const fn relative(self) -> f64 {
+        match self {
+            Self::Exact => 0.0,
+            Self::TwoPercent => 0.02,
+        }
+    }
+}
+
+/// One case of a suite; written and read as `class/nominal/seed`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Plan {
+    /// Kind.
+    pub class: Class,
+    /// Nominal values.
+    pub nominal: Nominal,
+    /// Everything else follows from this.
+    pub seed: u64,
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}/{:016x}", self.class.word(), self.nominal.word(), self.seed)
+    }
+}
+
+/// A case that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no case: write class/nominal/seed as in the table, e.g. single/exact/00000000000000ff")]
+pub struct PlanError(String);
+
+impl FromStr for Plan {
+    type Err = PlanError;
+
+    fn from_str(text: &str) -> Result<Self, PlanError> {
+        let mut parts = text.split('/');
+        let mut read = || {
+            let (class, nominal, seed) = (parts.next()?, parts.next()?, parts.next()?);
+            Some(Self {
+                class: Class::ALL.into_iter().find(|known| known.word() == class)?,
+                nominal: Nominal::ALL.into_iter().find(|known| known.word() == nominal)?,
+                seed: u64::from_str_radix(seed, 16).ok()?,
+            })
+        };
+        let plan = read();
+        plan.filter(|_| parts.next().is_none()).ok_or_else(|| PlanError(text.to_string()))
+    }
+}
+
+/// `count` plans of a class. Single effects are stratified: every block of as many plans as there are effects holds each
+/// effect once, in random order; the seeds are searched so that a seed alone still determines its case.
+#[must_use]
+pub fn plans(class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> Vec<Plan> {
+    let mix = (class as u64) << 8 | nominal as u64;
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(suite_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ mix);
+    let mut wanted: Vec<Vec<&'static str>> = Vec::new();
+    (0..count)
+        .map(|_| {
+            loop {
+                let plan = Plan { class, nominal, seed: rng.random() };
+                let ids: Vec<&str> = plan.which(&mut plan.rng()).iter().map(|which| which.id()).collect();
+                if ids.len() != 1 {
+                    break plan;
+                }
+                if wanted.is_empty() {
+                    wanted = plan.class.singles().iter().map(|which| vec![which.id()]).collect();
+                }
+                if let Some(at) = wanted.iter().position(|id| *id == ids) {
+                    wanted.swap_remove(at);
+                    break plan;
+                }
+            }
+        })
+        .collect()
+}
+
+impl Class {
+    /// The effects of which a case of this class holds one.
+    fn singles(self) -> Vec<Which> {
+        match self {
+            Self::Unknown => Foreign::ALL.into_iter().map(Which::Foreign).collect(),
+            Self::Weak => {
+                let weak = Effect::ALL.into_iter().filter(|effect| strength::scales_to_neutral(*effect));
+                weak.map(Which::Catalogue).collect()
+            }
+            _ => Effect::ALL.into_iter().map(Which::Catalogue).collect(),
+        }
+    }
+}
+
+impl Plan {
+    fn rng(&self) -> Xoshiro256PlusPlus {
+        Xoshiro256PlusPlus::seed_from_u64(self.seed)
+    }
+
+    /// The first thing drawn: which effects.
+    fn which(&self, rng: &mut Xoshiro256PlusPlus) -> Vec<Which> {
+        let count = match self.class {
+            Class::Null => 0,
+            Class::Pairs => 2,
+            Class::Triples => 3,
+            Class::Poor if rng.random_bool(0.5) => 0,
+            _ => 1,
+        };
+        let pool = self.class.singles();
+        loop {
+            let set: Vec<Which> = pool.sample(rng, count).copied().collect();
+            // Both of a structural tie at once have no right answer.
+            let muddled = crate::blind::STRUCTURAL_TIES
+                .iter()
+                .any(|pair| pair.iter().all(|effect| set.contains(&Which::Catalogue(*effect))));
+            if !muddled {
+                return set;
+            }
+        }
+    }
+
+    /// Draws the case on one of the paper's three rigs.
+    #[must_use]
+    pub fn draw(&self) -> Case {
+        self.draw_on(&[RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()])
+    }
+
+    /// Draws the case on one of the rigs given; on the paper's case (a) if there are none.
+    #[must_use]
+    pub fn draw_on(&self, rigs: &[RigFile]) -> Case {
+        let mut rng = self.rng();
+        let which = self.which(&mut rng);
+        let mut rig_file = rigs.choose(&mut rng).cloned().unwrap_or_else(RigFile::paper_a);
+        let relative = self.nominal.relative();
+        let stated = if rng.random_bool(0.5) { Stated::Everywhere } else { Stated::UncertainKeys };
+        rig_file.tolerance = stated(relative).tolerance();
+        let truth = true_rig(&rig_file.rig, relative, &mut rng);
+
+        let strength = if self.class == Class::Weak { 0.25 } else { 1.0 };
+        let causes: Vec<Cause> = which.iter().map(|which| strength::draw(*which, &truth, strength, &mut rng)).collect();
+
+        let family = if self.class == Class::Poor { Family::POOR } else { Family::GOOD };
+        let family = family[rng.random_range(0..3)];
+        let experiment = family.draw(&rig_file.rig, 40.0, &mut rng);
+        let law = Law::for_rig(&rig_file.rig, rng.random_range(0.8..1.6));
+        let chain = self.chain(&rig_file, &which, &mut rng);
+        Case { rig_file, truth, causes, experiment, law, chain, seed: rng.random() }
+    }
+
+    fn chain(&self, rig_file: &RigFile, which: &[Which], rng: &mut Xoshiro256PlusPlus) -> Chain {
+        let mut chain = Chain::standard(rig_file.io.position_range_m);
+        chain.pressure_noise_pa *= rng.random_range(0.7..1.3);
+        chain.position_noise_m *= rng.random_range(0.7..1.3);
+        if rng.random_bool(0.3) {
+            chain.jitter = rng.random_range(0.05..0.3);
+        }
+        if rng.random_bool(0.2) {
+            chain.lost_rows_per_s = rng.random_range(0.05..0.3);
+        }
+        if rng.random_bool(0.2) {
+            chain.blanks_per_s = rng.random_range(0.05..0.2);
+        }
+        // A supply that pulsates is only outside the catalogue while nobody records it.
+        if rng.random_bool(0.5) && !which.contains(&Which::Foreign(Foreign::SupplyPulsation)) {
+            chain.columns.push(Column::PSup);
+        }
+        if self.class == Class::Partial {
+            let missing: &[Column] = match rng.random_range(0..5) {
+                0 => &[Column::U],
+                1 => &[Column::PA],
+                2 => &[Column::PB],
+                3 => &[Column::PA, Column::PB],
+                _ => &[Column::U, Column::PB],
+            };
+            chain.columns.retain(|column| !missing.contains(column));
+        }
+        chain
+    }
+}

@@ -1,0 +1,153 @@
+//! The suite itself must be able to tell a good diagnosis from a bad one.
+
+use plant_model::Effect;
+use rig_files::{Log, RigFile};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use synthesis::Cause;
+use synthesis::blind::{
+    Answer, Class, Estimate, Named, Nominal, Outcome, Plan, Score, Verdict, case_lines, markdown, plans, run, score,
+};
+
+/// Every class and both nominals, without recording anything.
+fn suite() -> Vec<Vec<Cause>> {
+    let all = Class::ALL.into_iter().flat_map(|class| Nominal::ALL.map(|nominal| plans(class, nominal, 60, 11)));
+    all.flatten().map(|plan| plan.draw().causes).collect()
+}
+
+fn name(cause: &Cause, id: &str) -> Named {
+    let parameters = cause
+        .parameters()
+        .iter()
+        .map(|(name, value)| Estimate {
+            name: (*name).into(),
+            value: value * 1.01,
+            std_error: 0.02 * value.abs() + 1e-12,
+        })
+        .collect();
+    Named { id: id.to_string(), parameters, ties: vec![] }
+}
+
+/// Knows the truth; calls every effect by `rename` of its name.
+fn oracle(hidden: &[Cause], rename: impl Fn(Effect) -> Effect) -> Answer {
+    if hidden.is_empty() {
+        return Answer::silent(Verdict::NoGap);
+    }
+    if hidden.iter().any(|cause| cause.effect().is_none()) {
+        return Answer::silent(Verdict::Unexplained);
+    }
+    let causes =
+        hidden.iter().filter_map(|cause| Some(name(cause, rename(cause.effect()?).id()))).rev().collect::<Vec<_>>();
+    Answer { causes, ..Answer::silent(Verdict::Explained) }
+}
+
+fn scores(answer: impl Fn(&[Cause]) -> Answer) -> Vec<Score> {
+    suite().iter().map(|hidden| score(hidden, &answer(hidden))).collect()
+}
+
+fn share(scores: &[Score], accepted: impl Fn(&Score) -> bool) -> f64 {
+    scores.iter().filter(|score| accepted(score)).count() as f64 / scores.len() as f64
+}
+
+fn is_right(score: &Score) -> bool {
+    matches!(score.outcome, Outcome::Exact | Outcome::Quiet | Outcome::Rejected)
+}
+
+#[test]
+fn an_oracle_scores_everything() {
+    let scores = scores(|hidden| oracle(hidden, |effect| effect));
+    assert!(scores.iter().all(is_right));
+    assert!(scores.iter().flat_map(|score| &score.parameters).all(|p| p.is_good() && p.is_covered()));
+}
+
+#[test]
+fn a_diagnosis_with_shuffled_names_is_caught() {
+    let shifted = |effect: Effect| {
+        let at = Effect::ALL.iter().position(|other| *other == effect).expect("in the catalogue");
+        Effect::ALL[(at + 7) % Effect::ALL.len()]
+    };
+    let scores = scores(|hidden| oracle(hidden, shifted));
+    assert!(share(&scores, |score| score.outcome == Outcome::Misnamed) > 0.5);
+    assert!(share(&scores, |score| score.outcome == Outcome::Exact) == 0.0);
+}
+
+#[test]
+fn a_diagnosis_that_always_says_the_same_is_caught() {
+    let constant = || Answer {
+        causes: vec![Named { id: "valve-dead-zone".into(), parameters: vec![], ties: vec![] }],
+        ..Answer::silent(Verdict::Explained)
+    };
+    assert!(share(&scores(|_| constant()), is_right) < 0.05);
+    assert!(share(&scores(|_| constant()), |score| score.outcome.is_wrong()) > 0.8);
+}
+
+#[test]
+fn a_diagnosis_that_never_says_anything_hits_nothing_but_null_logs() {
+    let scores = scores(|_| Answer::silent(Verdict::NoGap));
+    assert!(scores.iter().all(|score| !score.outcome.is_wrong()));
+    assert!(share(&scores, |score| matches!(score.outcome, Outcome::Exact | Outcome::Tied)) == 0.0);
+}
+
+#[test]
+fn a_case_is_the_same_whenever_it_is_drawn_from_its_name() {
+    for class in Class::ALL {
+        for plan in plans(class, Nominal::TwoPercent, 3, 4) {
+            let again: Plan = plan.to_string().parse().expect("a case name reads back");
+            assert_eq!(plan, again);
+            assert_eq!(plan.draw(), again.draw());
+        }
+    }
+    for wrong in ["", "single", "single/exact", "single/exact/xyz", "double/exact/0f", "single/exact/0f/1"] {
+        assert!(wrong.parse::<Plan>().is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn every_block_of_single_effects_holds_each_of_them_once() {
+    let mut ids: Vec<&str> =
+        plans(Class::Single, Nominal::Exact, 26, 99).iter().map(|plan| plan.draw().causes[0].id()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    assert_eq!(ids.len(), Effect::ALL.len());
+}
+
+#[test]
+fn other_suite_seeds_give_other_cases() {
+    assert_ne!(plans(Class::Null, Nominal::Exact, 5, 1), plans(Class::Null, Nominal::Exact, 5, 2));
+    assert_ne!(
+        plans(Class::Null, Nominal::Exact, 5, 1).iter().map(|plan| plan.seed).collect::<Vec<_>>(),
+        plans(Class::Null, Nominal::TwoPercent, 5, 1).iter().map(|plan| plan.seed).collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn exact_nominal_values_are_exact_and_uncertain_ones_stay_near() {
+    for plan in plans(Class::Single, Nominal::Exact, 5, 3) {
+        let case = plan.draw();
+        assert_eq!(case.truth, case.rig_file.rig);
+        assert_eq!(case.rig_file.tolerance.of("load.mass_kg"), 0.0);
+    }
+    for plan in plans(Class::Single, Nominal::TwoPercent, 20, 3) {
+        let case = plan.draw();
+        let ratio = case.truth.load.mass_kg / case.rig_file.rig.load.mass_kg;
+        assert!(ratio != 1.0 && (ratio - 1.0).abs() <= 0.05 + 1e-12);
+        assert_eq!(case.rig_file.tolerance.of("load.mass_kg"), 0.02);
+        assert!(case.truth.validate().is_ok());
+    }
+}
+
+#[test]
+fn a_failing_diagnosis_fails_its_case_and_not_the_suite() {
+    let count = AtomicUsize::new(0);
+    let failing = |_: &RigFile, log: &Log| -> Result<Answer, String> {
+        assert!(log.len() > 30_000);
+        count.fetch_add(1, Ordering::Relaxed);
+        Err("no idea".into())
+    };
+    let plans = plans(Class::Partial, Nominal::Exact, 2, 8);
+    let entries = run(&plans, &[RigFile::paper_c()], 2, &failing, &|_| {}).expect("threads start");
+    assert_eq!(count.load(Ordering::Relaxed), 2);
+    assert!(entries.iter().all(|entry| entry.score.is_none()));
+    let table = markdown(&entries, "plant-sim blind");
+    assert!(table.contains("no idea") && table.contains(&plans[0].to_string()));
+    assert_eq!(case_lines(&entries).lines().count(), 3);
+}
