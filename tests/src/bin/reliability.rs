@@ -1,0 +1,83 @@
+//! The reliability study as a command: prints its tables and writes them as Markdown.
+
+use clap::Parser;
+use rayon::prelude::*;
+use scenarios::reliability::{GOAL_S, RIGS, TABLE_HEAD, THREAT_M, normal_running, rows, study, table_line};
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Injects every fault on three rigs at rest, moving and turning back, with and without protection, then runs for hours
+/// without fault; prints the tables and writes them as Markdown.
+#[derive(Parser)]
+struct Arguments {
+    /// Where to write the report.
+    #[arg(long, default_value = "docs/reliability.md")]
+    out: PathBuf,
+    /// Seed of situations and noise; the same seed gives the same tables.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Runs per rig and situation.
+    #[arg(long, default_value_t = 5)]
+    runs: u64,
+    /// Hours of normal running per rig.
+    #[arg(long, default_value_t = 1.0)]
+    hours: f64,
+}
+
+const INTRODUCTION: &str = include_str!("../reliability_introduction.md");
+
+fn main() -> ExitCode {
+    match report(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("reliability: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    let mut text = INTRODUCTION.replace("GOAL_MS", &format!("{:.0}", 1e3 * GOAL_S));
+    text = text.replace("THREAT_MM", &format!("{:.0}", 1e3 * THREAT_M));
+    let _ = writeln!(
+        text,
+        "## Faults\n\n`cargo run --release -p scenarios --bin reliability -- --seed {} --runs {} --hours {}`\n\n{TABLE_HEAD}",
+        arguments.seed, arguments.runs, arguments.hours
+    );
+    println!("{TABLE_HEAD}");
+    let (mut runs, mut threatening, mut in_time, mut missed) = (0, 0, 0, 0);
+    for row in rows() {
+        let result = study(&row, arguments.seed, arguments.runs)?;
+        let line = table_line(&row, &result);
+        println!("{line}");
+        let _ = writeln!(text, "{line}");
+        runs += result.runs;
+        threatening += result.threatening;
+        in_time += result.in_time + result.bridged;
+        missed += result.missed();
+    }
+    let summary = format!(
+        "Of {runs} runs, the fault threatened the piston in {threatening}; in {in_time} of these it was caught within {:.0} ms \
+         or bridged without harm, and in {missed} it was missed.",
+        1e3 * GOAL_S
+    );
+    println!("\n{summary}\n");
+    let _ = writeln!(text, "\n{summary}\n\n## Normal running\n\n| rig | simulated | trips |\n| --- | --- | --- |");
+
+    let hours: Vec<_> = RIGS
+        .par_iter()
+        .map(|(rig, gain)| (rig, normal_running(rig, *gain, 3600.0 * arguments.hours, arguments.seed)))
+        .collect();
+    for (rig, outcome) in hours {
+        let trips = match outcome?.tripped {
+            None => "none".to_owned(),
+            Some((reason, at_s)) => format!("{reason} after {at_s:.3} s"),
+        };
+        println!("{rig}: {} h of normal running, trips: {trips}", arguments.hours);
+        let _ = writeln!(text, "| {rig} | {} h | {trips} |", arguments.hours);
+    }
+    rig_files::write_file(&arguments.out, |file| file.write_all(text.as_bytes()))?;
+    println!("written to {}", arguments.out.display());
+    Ok(())
+}

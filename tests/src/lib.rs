@@ -1,0 +1,24 @@
+//! Scenarios, not scripts: one description of rig, effects, references, faults and expected bounds, run unchanged against
+//! every way the control step can be executed.
+//!
+//! ```text
+//! scenario.toml ─► runner: plant (f64) ─► sensors, noise, faults ─► codes ─┐
+//!                    ▲                                                     ▼
+//!                    └──── valve ◄── DAC code ◄──────────────────────── Target
+//! ```
+//!
+//! [`HostTarget`] is the control crate on the desktop. Another [`Target`] (QEMU, the flashed ELF, a board) sees the same codes
+//! and must answer with the same ones: [`Outcome::fingerprint`] compares whole runs.
+#![forbid(unsafe_code)]
+
+pub mod fault;
+pub mod reliability;
+pub mod rig;
+mod runner;
+mod scenario;
+mod sensors;
+mod target;
+
+pub use runner::{Outcome, Sample, run, run_observed};
+pub use scenario::{Expect, Noise, ReferenceSegment, Scenario, ScheduledCommand, Start};
+pub use target::{HostTarget, Target, TargetError, TickOutput};

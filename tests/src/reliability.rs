@@ -1,0 +1,284 @@
+//! The reliability study: every fault on every rig in several situations, with and without protection; and hours of
+//! normal running.
+//!
+//! A fault *threatens* a run when, without any protection, it drives the piston at least 10 mm further out of the span
+//! between where it was and where it was sent than the same run does without fault.
+
+use crate::fault::{Channel, Fault, Kind};
+use crate::rig;
+use crate::runner::{Outcome, run, run_observed};
+use crate::scenario::{Expect, MonitorChoice, Noise, ReferenceSegment, Scenario, Start};
+use crate::target::{Target, TargetError, TickOutput};
+use control::{DacCode, Inputs, Mode, Parameters, twin};
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The rigs of the study with a gain at which each moves briskly, V/m.
+pub const RIGS: [(&str, f64); 3] = [("paper-a", 4.0), ("paper-b", 10.0), ("paper-c", 20.0)];
+
+/// Uncommanded travel beyond which a fault threatens, m.
+pub const THREAT_M: f64 = 0.010;
+
+/// Within this time a threatening fault should be caught, s.
+pub const GOAL_S: f64 = 0.020;
+
+/// A controller that believes everything: the law and the inverse dead zone alone.
+struct Unprotected(Parameters);
+
+impl Target for Unprotected {
+    fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError> {
+        let code = twin::output(&self.0, inputs.reference.to_num(), inputs.position.0).code;
+        Ok(TickOutput { dac: DacCode((code + 0.5) as u16), mode: Mode::Run })
+    }
+}
+
+/// One row of the study: a fault with its strength.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// What the table calls it.
+    pub label: String,
+    fault: Fault,
+    quiet: bool,
+}
+
+/// What came of one row over all rigs, situations and seeds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Runs made.
+    pub runs: usize,
+    /// Runs in which the fault threatens.
+    pub threatening: usize,
+    /// Threatening runs caught within [`GOAL_S`].
+    pub in_time: usize,
+    /// Threatening runs caught at all.
+    pub caught: usize,
+    /// Threatening runs that were not caught, but in which the piston went no further than it may.
+    pub bridged: usize,
+    /// Longest time from fault to safe state in threatening runs, s.
+    pub worst_time_s: f64,
+    /// Furthest the piston went beyond the fault-free run, protected, in any run, m.
+    pub worst_excursion_m: f64,
+    /// The same without protection, m.
+    pub worst_unprotected_m: f64,
+    /// How often each reason was given, in all runs.
+    pub reasons: BTreeMap<&'static str, usize>,
+}
+
+impl Tally {
+    /// Threatening runs that were neither caught nor harmless after all.
+    #[must_use]
+    pub fn missed(&self) -> usize {
+        self.threatening - self.caught - self.bridged
+    }
+}
+
+/// Every row of the study.
+#[must_use]
+pub fn rows() -> Vec<Row> {
+    let mut rows = Vec::new();
+    let sensor: [(Kind, &str); 8] = [
+        (Kind::Off, "off (lowest code)"),
+        (Kind::Shorted, "off (highest code)"),
+        (Kind::Stuck, "stuck"),
+        (Kind::Garbage, "garbage"),
+        (Kind::Scale, "scale × 1.5"),
+        (Kind::Slow, "slow (lag 100 ms)"),
+        (Kind::Delayed, "delayed (50 ms)"),
+        (Kind::Intermittent, "intermittent (every second sample lost)"),
+    ];
+    for channel in Channel::ALL {
+        for (kind, text) in sensor {
+            let fault = Fault::new(kind, Some(channel), 0.0);
+            rows.push(Row { label: format!("{}: {text}", channel.as_str()), fault, quiet: false });
+        }
+        let fault = Fault { factor: 0.7, ..Fault::new(Kind::Scale, Some(channel), 0.0) };
+        rows.push(Row { label: format!("{}: scale × 0.7", channel.as_str()), fault, quiet: false });
+        let fault = Fault::new(Kind::Stuck, Some(channel), 0.0);
+        rows.push(Row { label: format!("{}: stuck, sensors without noise", channel.as_str()), fault, quiet: true });
+    }
+    let plant = |kind: Kind, text: &str| Row { label: text.into(), fault: Fault::new(kind, None, 0.0), quiet: false };
+    let supply = Fault { time_constant_s: 0.01, ..Fault::new(Kind::SupplyLoss, None, 0.0) };
+    rows.push(Row { label: "supply lost (10 ms)".into(), fault: supply, quiet: false });
+    rows.push(plant(Kind::JammedValve, "valve jammed"));
+    rows.push(plant(Kind::DroppedTicks, "ticks stop for good"));
+    let half = Fault { ticks: 1, every: 2, ..Fault::new(Kind::DroppedTicks, None, 0.0) };
+    rows.push(Row { label: "every second tick dropped".into(), fault: half, quiet: false });
+    rows.push(plant(Kind::LateTicks, "every tick late"));
+    rows.push(plant(Kind::Overrun, "every sample overrun"));
+    rows
+}
+
+/// When and where a fault strikes: rig, gain, situation, seed.
+#[derive(Clone, Copy, Debug)]
+struct Situation {
+    rig: &'static str,
+    gain: f64,
+    /// 0 at rest, 1 moving outwards, 2 turning back.
+    phase: usize,
+    seed: u64,
+}
+
+fn situations(seed: u64, seeds: u64) -> Vec<Situation> {
+    let mut all = Vec::new();
+    for (rig, gain) in RIGS {
+        for phase in 0..3 {
+            for n in 0..seeds {
+                all.push(Situation { rig, gain, phase, seed: seed.wrapping_mul(1000).wrapping_add(n) });
+            }
+        }
+    }
+    all
+}
+
+fn scenario(situation: &Situation, mut fault: Fault, quiet: bool) -> Scenario {
+    let mut random = SmallRng::seed_from_u64(situation.seed ^ (situation.phase as u64) << 32);
+    let stroke = if situation.rig == "paper-c" { 0.1746 } else { 1.0 };
+    let target = stroke * random.random_range(0.15..0.35);
+    let back = stroke * random.random_range(-0.3..-0.1);
+    let step = |at_s: f64, position_m: f64| ReferenceSegment { at_s, position_m: Some(position_m), program: None };
+    let (reference, at_s) = match situation.phase {
+        0 => (vec![step(0.0, target)], 2.5 + random.random_range(0.0..0.5)),
+        1 => (vec![step(1.0, target)], 1.0 + random.random_range(0.1..0.5)),
+        _ => (vec![step(1.0, target), step(1.5, back)], 1.5 + random.random_range(0.02..0.5)),
+    };
+    // On the tick, so that times to the safe state are whole ticks.
+    fault.at_s = (at_s * 1000.0_f64).round() / 1000.0;
+    let effect = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), value)]);
+    let mut control = toml::Table::new();
+    control.insert("gain_v_per_m".into(), toml::Value::Float(situation.gain));
+    Scenario {
+        name: "reliability".into(),
+        rig: situation.rig.into(),
+        duration_s: fault.at_s + 1.0,
+        seed: situation.seed,
+        start: Start::Armed,
+        output_delay_ticks: 1,
+        dead_zone_v: Some(0.42),
+        effects: BTreeMap::from([
+            ("valve-lag".to_owned(), effect("time_constant_s", 1.7e-3)),
+            ("valve-hysteresis".to_owned(), effect("half_width_v", 0.01)),
+        ]),
+        noise: if quiet { Noise { position_m: 0.0, pressure_pa: 0.0 } } else { Noise::default() },
+        initial_position_m: 0.0,
+        control,
+        monitor: MonitorChoice::default(),
+        reference,
+        command: Vec::new(),
+        fault: vec![fault],
+        expect: Expect::default(),
+        folder: ".".into(),
+    }
+}
+
+fn unprotected(scenario: &Scenario) -> Result<Outcome, TargetError> {
+    let parameters = scenario.parameters("reliability").map_err(|error| TargetError(error.to_string()))?;
+    run_observed(scenario, &mut Unprotected(parameters), |_| ())
+}
+
+/// Runs one row over all situations.
+///
+/// # Errors
+/// A scenario that controller or plant refuse: a defect of the study.
+pub fn study(row: &Row, seed: u64, seeds: u64) -> Result<Tally, TargetError> {
+    let runs: Vec<_> = situations(seed, seeds)
+        .par_iter()
+        .map(|situation| {
+            let spoilt = scenario(situation, row.fault, row.quiet);
+            // The same run without fault: silence of a host that need not speak.
+            let healthy = scenario(situation, Fault::new(Kind::HostSilent, None, 0.0), row.quiet);
+            Ok((run(&spoilt)?, unprotected(&spoilt)?.excursion_m, unprotected(&healthy)?.excursion_m))
+        })
+        .collect::<Result<_, TargetError>>()?;
+    let mut result = Tally { runs: runs.len(), ..Tally::default() };
+    for (protected, unprotected_m, healthy_m) in runs {
+        let excess_m = (protected.excursion_m - healthy_m).max(0.0);
+        result.worst_excursion_m = result.worst_excursion_m.max(excess_m);
+        result.worst_unprotected_m = result.worst_unprotected_m.max(unprotected_m - healthy_m);
+        if let Some((reason, _)) = protected.tripped {
+            *result.reasons.entry(reason.as_str()).or_default() += 1;
+        }
+        if unprotected_m - healthy_m < THREAT_M {
+            continue;
+        }
+        result.threatening += 1;
+        match protected.tripped {
+            Some((_, after_s)) => {
+                result.caught += 1;
+                result.in_time += usize::from(after_s <= GOAL_S + 1e-9);
+                result.worst_time_s = result.worst_time_s.max(after_s);
+            }
+            None if excess_m < THREAT_M => result.bridged += 1,
+            None => (),
+        }
+    }
+    Ok(result)
+}
+
+/// One line of the table.
+#[must_use]
+pub fn table_line(row: &Row, r: &Tally) -> String {
+    let reasons = if r.reasons.is_empty() {
+        "none".to_owned()
+    } else {
+        r.reasons.iter().map(|(reason, n)| format!("{reason} {n}")).collect::<Vec<_>>().join(", ")
+    };
+    let mut line = String::new();
+    let _ = write!(line, "| {} | {} / {} | {:.0} | ", row.label, r.threatening, r.runs, 1e3 * r.worst_unprotected_m);
+    if r.threatening == 0 {
+        let _ = write!(line, "– | – | – | ");
+    } else {
+        let _ = write!(line, "{} / {} | {:.0} | {} | ", r.in_time, r.threatening, 1e3 * r.worst_time_s, r.missed());
+    }
+    let _ = write!(line, "{:.0} | {reasons} |", 1e3 * r.worst_excursion_m);
+    line
+}
+
+/// The table's head.
+pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 20 ms | worst time, ms | missed | protected, mm | safe state reached (runs) |
+| --- | --- | --- | --- | --- | --- | --- | --- |";
+
+/// Normal running of one rig: random moves, ramps and sines over most of the stroke, on a real valve with noise.
+///
+/// Returns the outcome: `tripped` must be `None`.
+///
+/// # Errors
+/// As [`study`].
+pub fn normal_running(rig_name: &'static str, gain: f64, duration_s: f64, seed: u64) -> Result<Outcome, TargetError> {
+    let situation = Situation { rig: rig_name, gain, phase: 0, seed };
+    let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), false);
+    scenario.fault.clear();
+    scenario.duration_s = duration_s;
+    let half =
+        rig::find(rig_name, &scenario.folder).map_err(|error| TargetError(error.to_string()))?.rig.cylinder.stroke_m
+            / 2.0;
+    let mut random = SmallRng::seed_from_u64(seed);
+    scenario.reference.clear();
+    let mut at_s = 0.0;
+    while at_s < duration_s {
+        use control::generator::{GeneratorParameters, Kind as Program};
+        let kind = random.random_range(0..10);
+        let program = |kind: Program, random: &mut SmallRng| {
+            let amplitude = half * random.random_range(0.05..0.45);
+            Some(GeneratorParameters {
+                kind,
+                centre_m: (half * random.random_range(-0.4..0.4)) as f32,
+                amplitude_m: amplitude as f32,
+                period_s: random.random_range(0.5..8.0_f32),
+            })
+        };
+        let (program, hold_s) = match kind {
+            0 => (program(Program::Sine, &mut random), 10.0),
+            1 => (program(Program::Ramp, &mut random), 10.0),
+            2 => (program(Program::Step, &mut random), 10.0),
+            3 => (None, 20.0),
+            _ => (None, random.random_range(0.2..4.0)),
+        };
+        let position_m = program.is_none().then(|| half * random.random_range(-0.9..0.9));
+        scenario.reference.push(ReferenceSegment { at_s, position_m, program });
+        at_s += hold_s;
+    }
+    run(&scenario)
+}

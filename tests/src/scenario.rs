@@ -1,0 +1,274 @@
+//! The scenario file.
+
+use crate::fault::Fault;
+use crate::rig;
+use control::Parameters;
+use control::generator::GeneratorParameters;
+use monitor::MonitorParameters;
+use plant_model::Effect;
+use rig_files::{InputError, RigFile, read_text};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// One scenario.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// What happens, as a sentence.
+    pub name: String,
+    /// `paper-a`, `paper-b`, `paper-c`, or a rig file relative to the scenario file.
+    pub rig: String,
+    /// How long it runs, s.
+    pub duration_s: f64,
+    /// Seed of noise and garbage.
+    #[serde(default)]
+    pub seed: u64,
+    /// Armed from the beginning, or booting.
+    #[serde(default)]
+    pub start: Start,
+    /// Whole ticks between computing a DAC code and the valve receiving it; 1 on the board, where a timer latches it.
+    #[serde(default = "one")]
+    pub output_delay_ticks: u8,
+    /// Dead zone of the rig's valve and of the controller's inverse, ± V, instead of the rig file's.
+    pub dead_zone_v: Option<f64>,
+    /// Effects added to the rig, as in a rig file; the monitor knows them, the controller does not.
+    #[serde(default)]
+    pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Sensor noise, standard deviations.
+    #[serde(default)]
+    pub noise: Noise,
+    /// Where the piston begins, m.
+    #[serde(default)]
+    pub initial_position_m: f64,
+    /// Parameters of the controller that differ from those made for the rig.
+    #[serde(default)]
+    pub control: toml::Table,
+    /// The monitor's parameters; `enabled = false` leaves it out.
+    #[serde(default)]
+    pub monitor: MonitorChoice,
+    /// References, each in force from its time on.
+    #[serde(default)]
+    pub reference: Vec<ReferenceSegment>,
+    /// Operator commands.
+    #[serde(default)]
+    pub command: Vec<ScheduledCommand>,
+    /// Faults.
+    #[serde(default)]
+    pub fault: Vec<Fault>,
+    /// What must come of it.
+    pub expect: Expect,
+    /// Where the file stands, to find rig files.
+    #[serde(skip)]
+    pub folder: PathBuf,
+}
+
+fn one() -> u8 {
+    1
+}
+
+/// How the controller begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// Running.
+    #[default]
+    Armed,
+    /// Self-test first; commands must arm it.
+    Boot,
+}
+
+/// Standard deviations of sensor noise.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Noise {
+    /// Position, m.
+    pub position_m: f64,
+    /// All pressures, Pa.
+    pub pressure_pa: f64,
+}
+
+impl Default for Noise {
+    fn default() -> Self {
+        Self { position_m: 5.0e-5, pressure_pa: 600.0 }
+    }
+}
+
+/// The monitor, or none.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct MonitorChoice {
+    /// Whether it runs.
+    pub enabled: bool,
+    /// Its tolerances.
+    #[serde(flatten)]
+    pub parameters: MonitorParameters,
+}
+
+impl Default for MonitorChoice {
+    fn default() -> Self {
+        Self { enabled: true, parameters: MonitorParameters::default() }
+    }
+}
+
+/// A reference from a time on: a position, or a program of the controller's own generator.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferenceSegment {
+    /// From when, s.
+    pub at_s: f64,
+    /// A constant position, m.
+    pub position_m: Option<f64>,
+    /// A program.
+    pub program: Option<GeneratorParameters>,
+}
+
+/// An operator command at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScheduledCommand {
+    /// When, s.
+    pub at_s: f64,
+    /// Which.
+    pub command: CommandWord,
+}
+
+/// A command as scenario files name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CommandWord {
+    /// Idle → run.
+    Arm,
+    /// Run → idle.
+    Disarm,
+    /// Safe → self-test.
+    ResetFault,
+}
+
+impl From<CommandWord> for control::Command {
+    fn from(word: CommandWord) -> Self {
+        match word {
+            CommandWord::Arm => Self::Arm,
+            CommandWord::Disarm => Self::Disarm,
+            CommandWord::ResetFault => Self::ResetFault,
+        }
+    }
+}
+
+/// Bounds on the outcome; each one given is checked.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Expect {
+    /// The state's word at the end.
+    pub end_state: Option<String>,
+    /// The end state is one of these.
+    pub end_state_one_of: Vec<String>,
+    /// Longest time from the first fault to the safe state, s.
+    pub caught_within_s: Option<f64>,
+    /// Furthest the piston may go, after the first fault, outside the span of where it was and where it was sent, m.
+    pub max_excursion_m: Option<f64>,
+    /// Largest |position − reference| in the last 10 % of the time, m.
+    pub final_error_below_m: Option<f64>,
+    /// And not smaller than this: an unexplained improvement is a finding too, m.
+    pub final_error_above_m: Option<f64>,
+    /// Furthest beyond the last reference, seen from the start, m.
+    pub max_overshoot_m: Option<f64>,
+    /// At least this far beyond, m.
+    pub min_overshoot_m: Option<f64>,
+}
+
+impl Scenario {
+    /// Reads and checks a scenario file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not TOML, has an unknown key, or asks for what cannot be.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        Self::parse(&read_text(path)?, &path.display().to_string(), folder)
+    }
+
+    /// Parses the text of a scenario; `file` is what errors call it, `folder` where rig files are sought.
+    ///
+    /// # Errors
+    /// As [`Scenario::read`].
+    pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Self, InputError> {
+        let mut scenario: Self = toml::from_str(text).map_err(|error| {
+            let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count() as u64);
+            let located = InputError::new(file, error.message().to_string(), "correct or remove the key");
+            line.map_or(located.clone(), |line| located.at_line(line))
+        })?;
+        scenario.folder = folder.to_path_buf();
+        let bad = |problem: String, remedy: &str| Err(InputError::new(file, problem, remedy));
+        if !(scenario.duration_s > 0.0 && scenario.duration_s <= 36_000.0) {
+            return bad(format!("`duration_s` = {} ", scenario.duration_s), "give a time from 0 to 36000 (seconds)");
+        }
+        if scenario.reference.windows(2).any(|pair| pair[0].at_s > pair[1].at_s) {
+            return bad("the references are not in the order of time".into(), "sort them by `at_s`");
+        }
+        for segment in &scenario.reference {
+            if segment.position_m.is_some() == segment.program.is_some() {
+                let problem = format!("the reference at {} s must be one thing", segment.at_s);
+                return bad(problem, "give either `position_m` or `program`");
+            }
+        }
+        for fault in &scenario.fault {
+            if fault.kind.is_sensor() != fault.channel.is_some() {
+                return bad(
+                    format!("the fault {:?} at {} s and its `channel` do not fit", fault.kind, fault.at_s),
+                    "sensor faults name a `channel`, other faults do not",
+                );
+            }
+        }
+        scenario.rig_file()?;
+        let parameters = scenario.parameters(file)?;
+        control::Config::from_parameters(&parameters)
+            .map_err(|error| InputError::new(file, format!("`control.{error}`"), "correct the value"))?;
+        Ok(scenario)
+    }
+
+    /// The rig with the scenario's dead zone and effects.
+    ///
+    /// # Errors
+    /// An unknown effect or parameter, or a rig file that cannot be read.
+    pub fn rig_file(&self) -> Result<RigFile, InputError> {
+        let mut rig = rig::find(&self.rig, &self.folder)?;
+        if let Some(half) = self.dead_zone_v {
+            (rig.rig.valve.dead_zone_right_v, rig.rig.valve.dead_zone_left_v) = (half, -half);
+        }
+        for (id, values) in &self.effects {
+            let Some(effect) = Effect::from_id(id) else {
+                return Err(InputError::new(
+                    &self.name,
+                    format!("unknown effect `{id}`"),
+                    "see docs for the catalogue",
+                ));
+            };
+            let mut ordered = Vec::new();
+            for info in effect.info().parameters {
+                let Some(value) = values.get(info.name) else {
+                    let problem = format!("effect `{id}` lacks `{}`", info.name);
+                    return Err(InputError::new(&self.name, problem, "add it"));
+                };
+                ordered.push(*value);
+            }
+            if values.len() != ordered.len() {
+                let problem = format!("effect `{id}` has a parameter it does not know");
+                return Err(InputError::new(&self.name, problem, "remove it"));
+            }
+            rig.effects.set(effect, &ordered);
+        }
+        Ok(rig)
+    }
+
+    /// The controller's parameters: made for the rig, then changed as the scenario says.
+    ///
+    /// # Errors
+    /// A key in `[control]` that is no parameter.
+    pub fn parameters(&self, file: &str) -> Result<Parameters, InputError> {
+        let made = rig::parameters(&self.rig_file()?);
+        let wrong = |problem: String| InputError::new(file, problem, "see control::Parameters for keys and types");
+        let mut table = toml::Table::try_from(&made).map_err(|error| wrong(error.to_string()))?;
+        table.extend(self.control.clone());
+        table.try_into().map_err(|error: toml::de::Error| wrong(format!("[control]: {}", error.message())))
+    }
+}

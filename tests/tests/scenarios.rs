@@ -1,0 +1,84 @@
+//! Every scenario file by name, on the host.
+
+use scenarios::{Scenario, run};
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
+}
+
+fn holds(name: &str) {
+    let scenario = Scenario::read(&folder().join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"));
+    let outcome = run(&scenario).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let complaints = scenario.complaints(&outcome);
+    assert!(complaints.is_empty(), "{}: {}\n{outcome:?}", scenario.name, complaints.join("; "));
+}
+
+macro_rules! scenarios {
+    ($($name:ident),+ $(,)?) => {
+        $(#[test] fn $name() { holds(stringify!($name)); })+
+        const NAMES: &[&str] = &[$(stringify!($name)),+];
+    };
+}
+
+scenarios! {
+    paper_a_overshoots_and_hunts,
+    paper_b_does_not_overshoot,
+    paper_c_behaves_like_b,
+    a_real_valve_with_dead_zone_reaches_the_target,
+    without_the_inverse_the_dead_zone_leaves_a_large_error,
+    power_on_arm_move_disarm,
+    position_sensor_lost_in_mid_move_is_safe_within_20_ms,
+    position_sensor_frozen_in_mid_move_is_safe_within_20_ms,
+    a_quiet_position_sensor_frozen_is_found_by_the_monitor,
+    supply_loss_is_safe_within_20_ms,
+    a_dead_tick_timer_is_safe_at_the_next_ticks,
+    a_single_lost_tick_is_bridged,
+    lost_samples_are_safe_within_20_ms,
+    a_silent_host_is_noticed_when_a_time_out_is_set,
+    a_fault_is_cleared_by_hand_and_the_move_is_finished,
+    the_identification_sequence_runs_without_a_trip,
+}
+
+#[test]
+fn every_scenario_file_is_a_test() {
+    let mut files: Vec<String> = std::fs::read_dir(folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
+    files.sort();
+    let mut names: Vec<&str> = NAMES.to_vec();
+    names.sort_unstable();
+    assert_eq!(files, names);
+}
+
+#[test]
+fn the_same_scenario_gives_the_same_codes_every_time_and_another_seed_gives_others() {
+    let path = folder().join("paper_b_does_not_overshoot.toml");
+    let mut scenario = Scenario::read(&path).unwrap();
+    let first = run(&scenario).unwrap();
+    assert_eq!(first, run(&scenario).unwrap());
+    scenario.seed += 1;
+    assert_ne!(first.fingerprint, run(&scenario).unwrap().fingerprint);
+}
+
+#[test]
+fn malformed_scenarios_are_refused_with_file_line_and_remedy() {
+    let good = "name = \"x\"\nrig = \"paper-a\"\nduration_s = 1.0\n[expect]\n";
+    assert!(Scenario::parse(good, "good.toml", Path::new(".")).is_ok());
+    for (text, expected) in [
+        (good.replace("duration_s", "duration"), "duration"),
+        (good.replace("1.0", "nan"), "duration_s"),
+        (good.replace("paper-a", "paper-z"), "paper-z"),
+        (format!("{good}ended = 1\n"), "ended"),
+        (format!("{good}[control]\ngain = 1.0\n"), "gain"),
+        (format!("{good}[control]\ngain_v_per_m = -1.0\n"), "gain_v_per_m"),
+        (format!("{good}[[fault]]\nkind = \"off\"\nat_s = 0.1\n"), "channel"),
+        (format!("{good}[[reference]]\nat_s = 0.1\n"), "reference"),
+        (format!("{good}[effects.leak]\nx = 1\n"), "leak"),
+        (format!("{good}[effects.valve-lag]\nx = 1\n"), "time_constant_s"),
+    ] {
+        let error = Scenario::parse(&text, "bad.toml", Path::new(".")).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error} does not mention {expected}");
+    }
+}
