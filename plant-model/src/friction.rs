@@ -13,6 +13,8 @@ use crate::real::Real;
 pub struct LuGre<R> {
     /// `sigma0`, N/m.
     pub stiffness: R,
+    /// `1 / sigma0`, m/N.
+    pub inverse_stiffness: R,
     /// `sigma1`, N s/m.
     pub damping: R,
     /// `sigma2`, N s/m.
@@ -51,8 +53,21 @@ pub struct Response<R> {
     pub rate_by_level: R,
 }
 
+/// The elasto-plastic switch and its partial derivatives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Switch<R> {
+    /// `alpha`, 0 while the bristles deflect elastically, 1 in sliding.
+    pub(crate) alpha: R,
+    /// `d alpha / d|z|`, 1/m.
+    pub(crate) by_deflection: R,
+    /// `d alpha / d z_max`, 1/m.
+    pub(crate) by_limit: R,
+}
+
 /// Beyond this exponent the Stribeck term is below the rounding of the Coulomb force.
 const NEGLIGIBLE_EXPONENT: f64 = 40.0;
+/// `z_ba` counts as no more than this part of `z_max` (3.13).
+const LARGEST_BREAKAWAY_RATIO: f64 = 0.95;
 
 impl<R: Real> LuGre<R> {
     /// `g(v)` of (3.11).
@@ -68,50 +83,77 @@ impl<R: Real> LuGre<R> {
         Level { force_n: self.coulomb_n + bump, by_velocity: -(s + s) * self.inverse_stribeck_velocity * bump }
     }
 
-    /// The elasto-plastic switch `alpha(z, v)` of (3.12, with the missing `+ 1/2` and absolute value): 0 while the
-    /// bristles deflect elastically, 1 in sliding; with derivatives by `|z|` and by `z_max`.
+    /// The elasto-plastic switch `alpha(z, v)` of (3.12, with the missing `+ 1/2` and absolute value); derivatives are
+    /// zero unless `PARTIALS`.
+    ///
+    /// `1/2 sin(pi x) + 1/2` over `-1/2 <= x <= 1/2` is `sin^2(pi s/2)` with `s = x + 1/2`, and symmetric about 1/2:
+    /// written like that, the argument stays below pi/4 and sliding (`s` just below 1) does not cancel.
     ///
     /// Where effects lower `g` so far that `z_ba` reaches `z_max`, against (3.13), `z_ba` is taken as 0.95 `z_max`.
-    #[inline]
-    #[must_use]
-    pub fn alpha(&self, z: R, v: R, z_max: R) -> (R, R, R) {
-        let none = (R::ZERO, R::ZERO, R::ZERO);
-        if v.sign() != z.sign() {
-            return none;
+    #[inline(always)]
+    pub(crate) fn switch<const PARTIALS: bool>(&self, z: R, v: R, z_max: R) -> Switch<R> {
+        let deflecting = v * z > R::ZERO;
+        if !deflecting {
+            return Switch::default();
         }
         let deflection = z.abs();
         if deflection >= z_max {
-            return (R::ONE, R::ZERO, R::ZERO);
+            return Switch { alpha: R::ONE, ..Switch::default() };
         }
-        let breakaway = self.breakaway_m.at_most(R::of(0.95) * z_max);
+        let largest = R::of(LARGEST_BREAKAWAY_RATIO) * z_max;
+        let capped = self.breakaway_m > largest;
+        let breakaway = if capped { largest } else { self.breakaway_m };
         if deflection <= breakaway {
-            return none;
+            return Switch::default();
         }
-        let width = z_max - breakaway;
-        let x = (deflection - (z_max + breakaway) * R::HALF) / width;
-        let angle = R::PI * x;
-        let slope = R::HALF * R::PI * angle.cos() / width;
-        (R::HALF * angle.sin() + R::HALF, slope, -slope * (R::HALF + x))
+        let per_width = R::ONE / (z_max - breakaway);
+        let s = (deflection - breakaway) * per_width;
+        let rising = s <= R::HALF;
+        let sine = (R::PI * R::HALF * if rising { s } else { R::ONE - s }).sin();
+        let squared = sine * sine;
+        let mut switch = Switch { alpha: if rising { squared } else { R::ONE - squared }, ..Switch::default() };
+        if PARTIALS {
+            // d(sin^2 a)/da = 2 sin a cos a, with cos a > 0.7 from the sine.
+            let slope = R::PI * sine * (R::ONE - squared).sqrt() * per_width;
+            switch.by_deflection = slope;
+            switch.by_limit = -slope * if capped { deflection / z_max } else { s };
+        }
+        switch
     }
 
-    /// Force and bristle rate at bristle deflection `z` in m, velocity `v` in m/s and sliding force `level`.
+    /// Force and bristle rate at bristle deflection `z` in m, velocity `v` in m/s and sliding force `level`, with their
+    /// partial derivatives.
     #[inline]
     #[must_use]
     pub fn respond(&self, z: R, v: R, level: &Level<R>) -> Response<R> {
+        self.evaluate::<true>(z, v, level)
+    }
+
+    /// [`LuGre::respond`]; partial derivatives are meaningful only with `PARTIALS`.
+    #[inline(always)]
+    pub(crate) fn evaluate<const PARTIALS: bool>(&self, z: R, v: R, level: &Level<R>) -> Response<R> {
         let inverse_level = R::ONE / level.force_n;
-        let (alpha, by_deflection, by_limit) = self.alpha(z, v, level.force_n / self.stiffness);
+        let switch = self.switch::<PARTIALS>(z, v, level.force_n * self.inverse_stiffness);
         let speed = v.abs();
         let pull = self.stiffness * inverse_level * z;
-        let bristle_rate = v - alpha * pull * speed;
-        // d(z_max)/dg = 1/sigma0.
-        let rate_by_level = -(by_limit / self.stiffness - alpha * inverse_level) * pull * speed;
-        Response {
+        let bristle_rate = v - switch.alpha * pull * speed;
+        let mut response = Response {
             force_n: self.stiffness * z + self.damping * bristle_rate + self.viscous * v,
             bristle_rate,
-            rate_by_velocity: R::ONE - alpha * pull * v.sign() + rate_by_level * level.by_velocity,
-            rate_by_bristle: -self.stiffness * inverse_level * speed * (alpha + z.abs() * by_deflection),
-            rate_by_level,
+            rate_by_velocity: R::ONE,
+            rate_by_bristle: R::ZERO,
+            rate_by_level: R::ZERO,
+        };
+        if PARTIALS {
+            // d(z_max)/dg = 1/sigma0.
+            response.rate_by_level =
+                (switch.alpha * inverse_level - switch.by_limit * self.inverse_stiffness) * pull * speed;
+            response.rate_by_velocity =
+                R::ONE - (switch.alpha * pull).abs() + response.rate_by_level * level.by_velocity;
+            response.rate_by_bristle =
+                -self.stiffness * inverse_level * speed * (switch.alpha + z.abs() * switch.by_deflection);
         }
+        response
     }
 
     /// Friction force in steady sliding at velocity `v` in m/s (3.15), N.

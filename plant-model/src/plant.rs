@@ -147,6 +147,7 @@ pub struct Plant<R> {
     inverse_mass: R,
     minimum_level_n: R,
     level_varies: bool,
+    extended: bool,
 }
 
 /// What the valve does during a step: known beforehand where the spool follows its command at once.
@@ -158,8 +159,9 @@ pub(crate) struct Drive<R> {
     pub(crate) supply_pa: R,
 }
 
-/// Partial derivatives of the right-hand side: each row only couples with the ones named (an arrow towards `v`).
-#[derive(Clone, Copy, Debug)]
+/// Partial derivatives of the right-hand side, `ROW_COLUMN`: chamber pressures `a` and `b`, bristle `z`, velocity `v`,
+/// position `y`, spool, supply. The second block is zero in the paper's model.
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Jacobian<R> {
     pub(crate) a_a: R,
     pub(crate) a_v: R,
@@ -169,12 +171,18 @@ pub(crate) struct Jacobian<R> {
     pub(crate) b_y: R,
     pub(crate) z_z: R,
     pub(crate) z_v: R,
-    pub(crate) z_y: R,
-    pub(crate) z_p: R,
+    /// By `p_a`; by `p_b` it is the opposite.
     pub(crate) v_p: R,
     pub(crate) v_z: R,
     pub(crate) v_v: R,
+
+    pub(crate) a_b: R,
+    pub(crate) b_a: R,
+    pub(crate) z_y: R,
+    /// By either pressure.
+    pub(crate) z_p: R,
     pub(crate) v_y: R,
+    /// By either pressure, through the sliding force.
     pub(crate) v_level_p: R,
     pub(crate) a_supply: R,
     pub(crate) b_supply: R,
@@ -182,6 +190,8 @@ pub(crate) struct Jacobian<R> {
     pub(crate) b_spool: R,
     pub(crate) supply_supply: R,
     pub(crate) supply_spool: R,
+    /// By the pressure of the chamber that is being filled.
+    pub(crate) supply_filled: R,
 }
 
 impl<R: Real> Plant<R> {
@@ -249,10 +259,15 @@ impl<R: Real> Plant<R> {
             let full = scale * (model.supply_pa - model.atmosphere_pa) / model.supply_pa;
             Iso6358 { critical_ratio, fill: model.fill * full, exhaust: model.exhaust * full }
         });
+        let level_varies = model.asymmetry != R::ZERO
+            || model.position_slope != R::ZERO
+            || model.position_amplitude != R::ZERO
+            || model.pressure_friction != R::ZERO;
         Self {
             orifices: Orifices { fill: model.fill, exhaust: model.exhaust, iso6358 },
             lugre: LuGre {
                 stiffness: model.stiffness,
+                inverse_stiffness: R::ONE / model.stiffness,
                 damping: model.damping,
                 viscous: model.viscous,
                 coulomb_n: model.coulomb_n,
@@ -266,10 +281,12 @@ impl<R: Real> Plant<R> {
                 * (model.half_stroke_m + model.half_stroke_m),
             inverse_mass: R::ONE / model.mass_kg,
             minimum_level_n: R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n,
-            level_varies: model.asymmetry != R::ZERO
-                || model.position_slope != R::ZERO
-                || model.position_amplitude != R::ZERO
-                || model.pressure_friction != R::ZERO,
+            level_varies,
+            extended: level_varies
+                || model.spool_time_constant_s > R::ZERO
+                || model.droop_pa_s_per_kg != R::ZERO
+                || model.pressure_time_constant_s > R::ZERO
+                || model.leak_cross != R::ZERO,
             model,
         }
     }
@@ -297,7 +314,7 @@ impl<R: Real> Plant<R> {
     #[inline]
     #[must_use]
     pub fn friction_level(&self, state: &State<R>) -> Level<R> {
-        self.level(state).0
+        self.level::<true>(state).0
     }
 
     /// The dead zone in force.
@@ -348,10 +365,10 @@ impl<R: Real> Plant<R> {
         Inputs { u_v, external_force_n: R::ZERO, supply_pa: self.model.supply_pa }
     }
 
-    /// Whether any of the four additional states is in use.
+    /// Whether an effect is in use that adds a state, or a coupling between states that the paper's model has not.
+    #[inline]
     pub(crate) fn is_extended(&self) -> bool {
-        let m = &self.model;
-        m.spool_time_constant_s > R::ZERO || m.droop_pa_s_per_kg != R::ZERO || m.pressure_time_constant_s > R::ZERO
+        self.extended
     }
 
     /// The right-hand side: rates of change of the whole state under constant inputs.
@@ -409,9 +426,9 @@ impl<R: Real> Plant<R> {
     /// Sliding force `g` with the effects of direction, position and pressure, and its derivatives by `y` and by the
     /// sum of the pressures.
     #[inline]
-    fn level(&self, state: &State<R>) -> (Level<R>, R, R) {
+    fn level<const EXTENDED: bool>(&self, state: &State<R>) -> (Level<R>, R, R) {
         let plain = self.lugre.level(state.v_m_per_s);
-        if !self.level_varies {
+        if !EXTENDED || !self.level_varies {
             return (plain, R::ZERO, R::ZERO);
         }
         let m = &self.model;
@@ -425,7 +442,8 @@ impl<R: Real> Plant<R> {
         let place = R::ONE + m.position_slope * state.y_m + wave;
         let factor = direction * place;
         let gauge = state.p_a_pa + state.p_b_pa - m.atmosphere_pa - m.atmosphere_pa;
-        let loaded = plain.force_n + m.pressure_friction * gauge.at_least(R::ZERO);
+        let (gauge, by_gauge) = if gauge > R::ZERO { (gauge, m.pressure_friction) } else { (R::ZERO, R::ZERO) };
+        let loaded = plain.force_n + m.pressure_friction * gauge;
         let force_n = loaded * factor;
         if force_n < self.minimum_level_n {
             return (Level { force_n: self.minimum_level_n, by_velocity: R::ZERO }, R::ZERO, R::ZERO);
@@ -433,7 +451,7 @@ impl<R: Real> Plant<R> {
         (
             Level { force_n, by_velocity: plain.by_velocity * factor },
             loaded * direction * (m.position_slope + wave_slope),
-            m.pressure_friction * factor,
+            by_gauge * factor,
         )
     }
 
@@ -484,18 +502,24 @@ impl<R: Real> Plant<R> {
 
         let valve_a = self.orifices.inflow(opening.fills_a, opening.magnitude, p_a, supply, m.atmosphere_pa);
         let valve_b = self.orifices.inflow(!opening.fills_a, opening.magnitude, p_b, supply, m.atmosphere_pa);
-        let crossing = m.leak_cross * (p_a - p_b);
-        let into_a = valve_a.mass_flow - crossing - m.leak_a * (p_a - m.atmosphere_pa);
-        let into_b = valve_b.mass_flow + crossing - m.leak_b * (p_b - m.atmosphere_pa);
+        let mut into_a = valve_a.mass_flow - m.leak_a * (p_a - m.atmosphere_pa);
+        let mut into_b = valve_b.mass_flow - m.leak_b * (p_b - m.atmosphere_pa);
+        let mut by_a = valve_a.by_chamber - m.leak_a;
+        let mut by_b = valve_b.by_chamber - m.leak_b;
+        if EXTENDED {
+            let crossing = m.leak_cross * (p_a - p_b);
+            into_a -= crossing;
+            into_b += crossing;
+            by_a -= m.leak_cross;
+            by_b -= m.leak_cross;
+        }
 
         let (volume_a, volume_b) = self.volumes(y);
-        let by_a = valve_a.by_chamber - m.leak_cross - m.leak_a;
-        let by_b = valve_b.by_chamber - m.leak_cross - m.leak_b;
         let rate_a = volume_a.pressure_rate(m.exponent, self.energy, p_a, v, into_a, by_a);
         let rate_b = volume_b.pressure_rate(m.exponent, self.energy, p_b, -v, into_b, by_b);
 
-        let (level, level_by_y, level_by_p) = self.level(state);
-        let friction = self.lugre.respond(state.z_m, v, &level);
+        let (level, level_by_y, level_by_p) = self.level::<EXTENDED>(state);
+        let friction = self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level);
         let acceleration = (self.driving_force(state, drive) - friction.force_n) * self.inverse_mass;
 
         let mut rates = State {
@@ -521,43 +545,30 @@ impl<R: Real> Plant<R> {
             }
         }
 
-        let zero = R::ZERO;
-        let mut jacobian = Jacobian {
-            a_a: rate_a.by_pressure,
-            a_v: rate_a.by_growth,
-            a_y: rate_a.by_displacement,
-            b_b: rate_b.by_pressure,
-            b_v: -rate_b.by_growth,
-            b_y: -rate_b.by_displacement,
-            z_z: zero,
-            z_v: zero,
-            z_y: zero,
-            z_p: zero,
-            v_p: m.area_m2 * self.inverse_mass,
-            v_z: zero,
-            v_v: zero,
-            v_y: zero,
-            v_level_p: zero,
-            a_supply: zero,
-            b_supply: zero,
-            a_spool: zero,
-            b_spool: zero,
-            supply_supply: zero,
-            supply_spool: zero,
-        };
+        let mut jacobian = Jacobian::default();
         if PARTIALS {
+            let zero = R::ZERO;
             let damping = self.lugre.damping * self.inverse_mass;
+            jacobian.a_a = rate_a.by_pressure;
+            jacobian.a_v = rate_a.by_growth;
+            jacobian.a_y = rate_a.by_displacement;
+            jacobian.b_b = rate_b.by_pressure;
+            jacobian.b_v = -rate_b.by_growth;
+            jacobian.b_y = -rate_b.by_displacement;
             jacobian.z_z = friction.rate_by_bristle;
             jacobian.z_v = friction.rate_by_velocity;
-            jacobian.z_y = friction.rate_by_level * level_by_y;
-            jacobian.z_p = friction.rate_by_level * level_by_p;
+            jacobian.v_p = m.area_m2 * self.inverse_mass;
             jacobian.v_z = -(self.lugre.stiffness * self.inverse_mass + damping * friction.rate_by_bristle);
             jacobian.v_v = -(damping * friction.rate_by_velocity + self.lugre.viscous * self.inverse_mass);
-            jacobian.v_y = -damping * jacobian.z_y;
-            jacobian.v_level_p = -damping * jacobian.z_p;
             if EXTENDED {
+                jacobian.z_y = friction.rate_by_level * level_by_y;
+                jacobian.z_p = friction.rate_by_level * level_by_p;
+                jacobian.v_y = -damping * jacobian.z_y;
+                jacobian.v_level_p = -damping * jacobian.z_p;
+                jacobian.a_b = m.leak_cross * rate_a.by_mass_flow;
+                jacobian.b_a = m.leak_cross * rate_b.by_mass_flow;
                 let (gain_a, gain_b) = if opening.magnitude > zero {
-                    let slope = opening.gain_per_v * m.dead_zone.gain(state.spool_v) / opening.magnitude;
+                    let slope = opening.gain_per_v() * m.dead_zone.gain(state.spool_v) / opening.magnitude;
                     (valve_a.mass_flow * slope, valve_b.mass_flow * slope)
                 } else {
                     (zero, zero)
@@ -567,11 +578,11 @@ impl<R: Real> Plant<R> {
                 jacobian.a_spool = gain_a * rate_a.by_mass_flow;
                 jacobian.b_spool = gain_b * rate_b.by_mass_flow;
                 if m.droop_pa_s_per_kg != zero {
-                    let drawn = if opening.fills_a { valve_a.by_supply } else { valve_b.by_supply };
-                    let factor = R::ONE / m.droop_time_constant_s;
-                    jacobian.supply_supply = -(R::ONE + m.droop_pa_s_per_kg * drawn) * factor;
-                    jacobian.supply_spool =
-                        -m.droop_pa_s_per_kg * factor * if opening.fills_a { gain_a } else { gain_b };
+                    let loss = -m.droop_pa_s_per_kg / m.droop_time_constant_s;
+                    let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
+                    jacobian.supply_supply = loss * drawn.by_supply - R::ONE / m.droop_time_constant_s;
+                    jacobian.supply_spool = loss * gain;
+                    jacobian.supply_filled = loss * drawn.by_chamber;
                 }
             }
         }

@@ -2,14 +2,14 @@
 //!
 //! The method is Rodas3 (Sandu et al. 1997): a Rosenbrock method of order 3 with an embedded order 2, L-stable and
 //! stiffly accurate, three evaluations of the right-hand side a step. It needs the Jacobian, which for this plant is
-//! an arrow pointing at the velocity, so that the linear systems are solved by a dozen divisions-free lines instead of
-//! a matrix factorisation. Being L-stable it takes steps that the bristles' stiffness (2.2e4 1/s at 1 m/s) does not
+//! an arrow pointing at the velocity, so that the linear systems are solved by a few sums of products instead
+//! of a matrix factorisation. Being L-stable it takes steps that the bristles' stiffness (2.2e4 1/s at 1 m/s) does not
 //! limit; explicit Euler diverges above 90 us and Runge-Kutta 4 above 130 us.
 
 use crate::plant::{Drive, Inputs, Jacobian, Plant, State};
 use crate::real::Real;
 
-/// Accepted error of one step, absolute, in the units of the state.
+/// Accepted error of one step (Euclidean norm over the components), absolute, in the units of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance<R> {
     /// Position, m.
@@ -29,11 +29,11 @@ impl<R: Real> Tolerance<R> {
     #[must_use]
     pub fn standard() -> Self {
         Self {
-            position_m: R::of(1.0e-7),
-            velocity_m_per_s: R::of(2.0e-6),
-            pressure_pa: R::of(1.0),
-            bristle_m: R::of(1.0e-8),
-            spool_v: R::of(1.0e-4),
+            position_m: R::of(5.0e-8),
+            velocity_m_per_s: R::of(1.0e-6),
+            pressure_pa: R::of(0.5),
+            bristle_m: R::of(5.0e-9),
+            spool_v: R::of(5.0e-5),
         }
     }
 
@@ -155,12 +155,12 @@ impl<R: Real> Stepper<R> {
                     taken += 1;
                     let held = plant.held_at_stop(state, drive);
                     let (mut next, error) = rodas3::<R, EXTENDED>(plant, state, drive, held, step);
-                    let norm = weights.norm::<EXTENDED>(&error);
-                    let factor = step_factor(norm);
+                    let norm = weights.norm_squared::<EXTENDED>(&error);
                     let floor = step <= R::of(MIN_STEP_S) || taken >= MAX_STEPS;
-                    let accepted = norm.is_finite() && norm <= R::ONE;
+                    // A NaN is not accepted either.
+                    let accepted = norm <= R::ONE;
                     if !accepted && !floor {
-                        h = (step * factor).at_least(R::of(MIN_STEP_S));
+                        h = (step * step_factor(norm)).at_least(R::of(MIN_STEP_S));
                         continue;
                     }
                     if let Some(sooner) = impact(plant, state, &next, step).filter(|_| !floor) {
@@ -170,7 +170,7 @@ impl<R: Real> Stepper<R> {
                     stop_at_ends(plant, &mut next);
                     *state = next;
                     if !last || step >= h {
-                        h = step * factor;
+                        h = step * step_factor(norm);
                     }
                     if last {
                         break;
@@ -184,14 +184,13 @@ impl<R: Real> Stepper<R> {
     }
 }
 
-/// Growth of the step size for a normalised error: `0.9 norm^(-1/3)` within 0.2 … 5, without a cube root.
-#[inline]
-fn step_factor<R: Real>(norm: R) -> R {
-    if !norm.is_finite() {
+/// Growth of the step size for a squared normalised error: `0.9 norm^(-1/3)` within 0.2 … 5, without a cube root.
+fn step_factor<R: Real>(norm_squared: R) -> R {
+    if !norm_squared.is_finite() {
         return R::of(0.2);
     }
     // Newton's iteration for x = norm^(1/3) from a start on the right side converges in a few steps.
-    let target = norm.limit(R::of(0.006), R::of(90.0));
+    let target = norm_squared.sqrt().limit(R::of(0.006), R::of(90.0));
     let mut x = if target > R::ONE { R::of(2.0) } else { R::of(0.5) };
     for _ in 0..4 {
         x = (x + x + target / (x * x)) * R::of(1.0 / 3.0);
@@ -226,117 +225,201 @@ fn stop_at_ends<R: Real>(plant: &Plant<R>, state: &mut State<R>) {
 }
 
 impl<R: Real> Weights<R> {
-    #[inline]
-    fn norm<const EXTENDED: bool>(&self, error: &State<R>) -> R {
-        let mut norm = (error.y_m * self.position).abs();
-        norm = norm.at_least((error.v_m_per_s * self.velocity).abs());
-        norm = norm.at_least((error.p_a_pa * self.pressure).abs());
-        norm = norm.at_least((error.p_b_pa * self.pressure).abs());
-        norm = norm.at_least((error.z_m * self.bristle).abs());
+    /// Square of the error in units of the tolerance (Euclidean norm); NaN if any component is.
+    #[inline(always)]
+    fn norm_squared<const EXTENDED: bool>(&self, error: &State<R>) -> R {
+        let square = |error: R, weight: R| {
+            let part = error * weight;
+            part * part
+        };
+        let pressures = square(error.p_a_pa, self.pressure) + square(error.p_b_pa, self.pressure);
+        let motion = square(error.y_m, self.position) + square(error.v_m_per_s, self.velocity);
+        let mut sum = pressures + (motion + square(error.z_m, self.bristle));
         if EXTENDED {
-            norm = norm.at_least((error.spool_v * self.spool).abs());
-            norm = norm.at_least((error.p_sup_pa * self.pressure).abs());
-            norm = norm.at_least((error.p_a_sensed_pa * self.pressure).abs());
-            norm = norm.at_least((error.p_b_sensed_pa * self.pressure).abs());
+            sum += square(error.spool_v, self.spool) + square(error.p_sup_pa, self.pressure);
+            sum += square(error.p_a_sensed_pa, self.pressure) + square(error.p_b_sensed_pa, self.pressure);
         }
-        // Comparisons can drop a NaN; the sum of all errors cannot.
-        let sum = error.y_m + error.v_m_per_s + error.p_a_pa + error.p_b_pa + error.z_m;
-        if sum.is_finite() { norm } else { sum }
+        sum
     }
 }
 
-/// The linear systems of one step: `(1/(h gamma) - J) k = r`, solved by elimination towards the velocity.
-struct Stages<'a, R> {
-    jacobian: &'a Jacobian<R>,
-    held: bool,
+/// The linear systems of one step, `(2/h - J) k = r`, eliminated towards the velocity: `k_v` is a weighted sum of the
+/// right-hand side, everything else follows from `k_v`. All weights are computed once a step; a solution then costs
+/// a few multiplications that do not wait for each other.
+struct Stages<R> {
     inverse_y: R,
-    inverse_a: R,
-    inverse_b: R,
-    inverse_z: R,
-    inverse_v: R,
-    a_via_v: R,
-    b_via_v: R,
-    z_via_v: R,
+    /// Pressures from right-hand sides: own, cross (cross-piston leak), position, velocity.
+    a_a: R,
+    a_b: R,
+    a_y: R,
+    a_v: R,
+    b_b: R,
+    b_a: R,
+    b_y: R,
+    b_v: R,
+    /// Bristle from right-hand side and pressures, position, velocity.
+    z_z: R,
+    z_y: R,
+    z_p: R,
+    z_v: R,
+    /// Velocity from right-hand sides.
+    v_v: R,
+    v_y: R,
+    v_a: R,
+    v_b: R,
+    v_z: R,
+    extra: Extra<R>,
+}
+
+/// The additional states' part of the linear systems.
+#[derive(Clone, Copy, Default)]
+struct Extra<R> {
     spool: R,
     supply: R,
+    supply_spool: R,
+    filled_a: R,
+    filled_b: R,
+    a_spool: R,
+    b_spool: R,
+    a_supply: R,
+    b_supply: R,
     sensed: R,
     sensed_gain: R,
 }
 
-impl<'a, R: Real> Stages<'a, R> {
-    #[inline]
-    fn new<const EXTENDED: bool>(plant: &Plant<R>, j: &'a Jacobian<R>, h: R, held: bool) -> Self {
-        let diagonal = (R::ONE + R::ONE) / h;
-        let inverse_y = h * R::HALF;
-        let inverse_a = R::ONE / (diagonal - j.a_a);
-        let inverse_b = R::ONE / (diagonal - j.b_b);
-        let inverse_z = R::ONE / (diagonal - j.z_z);
-        let a_via_v = (j.a_v + j.a_y * inverse_y) * inverse_a;
-        let b_via_v = (j.b_v + j.b_y * inverse_y) * inverse_b;
-        let z_via_v = (j.z_v + j.z_y * inverse_y + j.z_p * (a_via_v + b_via_v)) * inverse_z;
-        let pivot = diagonal
-            - j.v_v
-            - j.v_y * inverse_y
-            - j.v_p * (a_via_v - b_via_v)
-            - j.v_level_p * (a_via_v + b_via_v)
-            - j.v_z * z_via_v;
-        let (mut spool, mut supply, mut sensed, mut sensed_gain) = (R::ZERO, R::ZERO, R::ZERO, R::ZERO);
-        if EXTENDED {
-            let m = &plant.model;
-            let rate = |time_constant: R| {
-                if time_constant > R::ZERO { R::ONE / time_constant } else { R::ZERO }
-            };
-            spool = R::ONE / (diagonal + rate(m.spool_time_constant_s));
-            supply = R::ONE / (diagonal - j.supply_supply);
-            sensed_gain = rate(m.pressure_time_constant_s);
-            sensed = R::ONE / (diagonal + sensed_gain);
-        }
+impl<R: Real> Extra<R> {
+    fn new(plant: &Plant<R>, j: &Jacobian<R>, diagonal: R) -> Self {
+        let rate = |time_constant: R| if time_constant > R::ZERO { R::ONE / time_constant } else { R::ZERO };
+        let supply = R::ONE / (diagonal - j.supply_supply);
+        let sensed_gain = rate(plant.model.pressure_time_constant_s);
+        // Only the chamber that is being filled depends on the supply, and the supply on it.
+        let fills_a = j.a_supply != R::ZERO;
+        let coupling = j.supply_filled * supply;
         Self {
-            jacobian: j,
-            held,
-            inverse_y,
-            inverse_a,
-            inverse_b,
-            inverse_z,
-            inverse_v: R::ONE / pivot,
-            a_via_v,
-            b_via_v,
-            z_via_v,
-            spool,
+            spool: R::ONE / (diagonal + rate(plant.model.spool_time_constant_s)),
             supply,
-            sensed,
+            supply_spool: j.supply_spool,
+            filled_a: if fills_a { coupling } else { R::ZERO },
+            filled_b: if fills_a { R::ZERO } else { coupling },
+            a_spool: j.a_spool,
+            b_spool: j.b_spool,
+            a_supply: j.a_supply,
+            b_supply: j.b_supply,
+            sensed: R::ONE / (diagonal + sensed_gain),
             sensed_gain,
         }
     }
+}
 
-    #[inline]
+impl<R: Real> Stages<R> {
+    #[inline(always)]
+    fn new<const EXTENDED: bool>(plant: &Plant<R>, j: &Jacobian<R>, h: R, held: bool) -> Self {
+        let zero = R::ZERO;
+        let diagonal = (R::ONE + R::ONE) / h;
+        let inverse_y = h * R::HALF;
+        let mut extra = Extra::default();
+        let (diagonal_a, diagonal_b) = (diagonal - j.a_a, diagonal - j.b_b);
+        let (a_a, a_b, b_b, b_a);
+        if EXTENDED {
+            extra = Extra::new(plant, j, diagonal);
+            let (diagonal_a, diagonal_b) =
+                (diagonal_a - j.a_supply * extra.filled_a, diagonal_b - j.b_supply * extra.filled_b);
+            let inverse_determinant = R::ONE / (diagonal_a * diagonal_b - j.a_b * j.b_a);
+            a_a = diagonal_b * inverse_determinant;
+            b_b = diagonal_a * inverse_determinant;
+            a_b = j.a_b * inverse_determinant;
+            b_a = j.b_a * inverse_determinant;
+        } else {
+            (a_a, b_b) = (R::ONE / diagonal_a, R::ONE / diagonal_b);
+            (a_b, b_a) = (zero, zero);
+        }
+        let z_z = R::ONE / (diagonal - j.z_z);
+        // Position reaches the pressures as `a_y k_y`, with `k_y = (r_y + k_v) inverse_y`.
+        let (by_y_a, by_y_b) = (j.a_y * inverse_y, j.b_y * inverse_y);
+        let (a_y, b_y, a_v, b_v);
+        if EXTENDED {
+            (a_y, b_y) = (by_y_a * a_a + by_y_b * a_b, by_y_b * b_b + by_y_a * b_a);
+            (a_v, b_v) = (j.a_v * a_a + j.b_v * a_b + a_y, j.b_v * b_b + j.a_v * b_a + b_y);
+        } else {
+            (a_y, b_y) = (by_y_a * a_a, by_y_b * b_b);
+            (a_v, b_v) = (j.a_v * a_a + a_y, j.b_v * b_b + b_y);
+        }
+        let (mut z_y, mut z_p, mut z_v) = (zero, zero, j.z_v * z_z);
+        if EXTENDED {
+            z_p = j.z_p * z_z;
+            z_y = j.z_y * inverse_y * z_z + z_p * (a_y + b_y);
+            z_v += j.z_y * inverse_y * z_z + z_p * (a_v + b_v);
+        }
+        let mut pivot = (diagonal - j.v_v) - (j.v_p * (a_v - b_v) + j.v_z * z_v);
+        if EXTENDED {
+            pivot = pivot - j.v_y * inverse_y - j.v_level_p * (a_v + b_v);
+        }
+        let v_v = if held { zero } else { R::ONE / pivot };
+        let v_p = j.v_p * v_v;
+        let v_z_of = j.v_z * v_v;
+        let (v_y, v_a, v_b);
+        if EXTENDED {
+            // What a pressure does to the velocity: directly, through the sliding force, through the bristle.
+            let v_level = j.v_level_p * v_v + v_z_of * z_p;
+            let (from_a, from_b) = (v_level + v_p, v_level - v_p);
+            v_a = from_a * a_a + from_b * b_a;
+            v_b = from_b * b_b + from_a * a_b;
+            v_y = j.v_y * inverse_y * v_v + from_a * a_y + from_b * b_y + v_z_of * j.z_y * inverse_y * z_z;
+        } else {
+            (v_a, v_b) = (v_p * a_a, -(v_p * b_b));
+            v_y = v_p * (a_y - b_y);
+        }
+        Self {
+            inverse_y,
+            a_a,
+            a_b,
+            a_y,
+            a_v,
+            b_b,
+            b_a,
+            b_y,
+            b_v,
+            z_z,
+            z_y,
+            z_p,
+            z_v,
+            v_v,
+            v_y,
+            v_a,
+            v_b,
+            v_z: v_z_of * z_z,
+            extra,
+        }
+    }
+
+    #[inline(always)]
     fn solve<const EXTENDED: bool>(&self, r: &State<R>) -> State<R> {
-        let j = self.jacobian;
         let mut k = State::default();
         let (mut r_a, mut r_b) = (r.p_a_pa, r.p_b_pa);
+        let x = &self.extra;
         if EXTENDED {
-            k.spool_v = r.spool_v * self.spool;
-            k.p_sup_pa = (r.p_sup_pa + j.supply_spool * k.spool_v) * self.supply;
-            r_a += j.a_spool * k.spool_v + j.a_supply * k.p_sup_pa;
-            r_b += j.b_spool * k.spool_v + j.b_supply * k.p_sup_pa;
+            k.spool_v = r.spool_v * x.spool;
+            // The supply without what the filled chamber's own change adds to it.
+            k.p_sup_pa = (r.p_sup_pa + x.supply_spool * k.spool_v) * x.supply;
+            r_a += x.a_spool * k.spool_v + x.a_supply * k.p_sup_pa;
+            r_b += x.b_spool * k.spool_v + x.b_supply * k.p_sup_pa;
         }
-        let y = r.y_m * self.inverse_y;
-        let a = (r_a + j.a_y * y) * self.inverse_a;
-        let b = (r_b + j.b_y * y) * self.inverse_b;
-        let z = (r.z_m + j.z_y * y + j.z_p * (a + b)) * self.inverse_z;
-        k.v_m_per_s = if self.held {
-            R::ZERO
-        } else {
-            (r.v_m_per_s + j.v_y * y + j.v_p * (a - b) + j.v_level_p * (a + b) + j.v_z * z) * self.inverse_v
-        };
-        let v = k.v_m_per_s;
-        k.y_m = y + v * self.inverse_y;
-        k.p_a_pa = a + self.a_via_v * v;
-        k.p_b_pa = b + self.b_via_v * v;
-        k.z_m = z + self.z_via_v * v;
+        let v = (self.v_v * r.v_m_per_s + self.v_y * r.y_m) + (self.v_a * r_a + self.v_b * r_b) + self.v_z * r.z_m;
+        k.v_m_per_s = v;
+        k.y_m = (r.y_m + v) * self.inverse_y;
+        let (mut a, mut b) = (self.a_a * r_a, self.b_b * r_b);
+        k.z_m = self.z_z * r.z_m + self.z_v * v;
         if EXTENDED {
-            k.p_a_sensed_pa = (r.p_a_sensed_pa + self.sensed_gain * k.p_a_pa) * self.sensed;
-            k.p_b_sensed_pa = (r.p_b_sensed_pa + self.sensed_gain * k.p_b_pa) * self.sensed;
+            a += self.a_b * r_b;
+            b += self.b_a * r_a;
+            k.z_m += self.z_y * r.y_m + self.z_p * (a + b);
+        }
+        k.p_a_pa = (a + self.a_y * r.y_m) + self.a_v * v;
+        k.p_b_pa = (b + self.b_y * r.y_m) + self.b_v * v;
+        if EXTENDED {
+            k.p_sup_pa += x.filled_a * k.p_a_pa + x.filled_b * k.p_b_pa;
+            k.p_a_sensed_pa = (r.p_a_sensed_pa + x.sensed_gain * k.p_a_pa) * x.sensed;
+            k.p_b_sensed_pa = (r.p_b_sensed_pa + x.sensed_gain * k.p_b_pa) * x.sensed;
         }
         k
     }
@@ -344,7 +427,7 @@ impl<'a, R: Real> Stages<'a, R> {
 
 impl<R: Real> State<R> {
     /// `self + factor other`, field by field.
-    #[inline]
+    #[inline(always)]
     fn plus<const EXTENDED: bool>(&self, factor: R, other: &Self) -> Self {
         let mut sum = *self;
         sum.y_m += factor * other.y_m;

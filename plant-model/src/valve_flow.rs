@@ -5,12 +5,12 @@ use crate::real::Real;
 /// How far an orifice pair is open: `|atan(2 w)|`, and which chamber is being filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opening<R> {
+    /// Effective command `w`, V.
+    pub w: R,
     /// `|atan(2 w)|`, rad, 0 to pi/2. The 2 carries 1/V.
     pub magnitude: R,
     /// Whether chamber A is filled and B exhausted (`w >= 0`), or the other way round.
     pub fills_a: bool,
-    /// Derivative of the magnitude by `w`, 1/V.
-    pub gain_per_v: R,
 }
 
 impl<R: Real> Opening<R> {
@@ -18,10 +18,16 @@ impl<R: Real> Opening<R> {
     #[inline]
     #[must_use]
     pub fn at(w: R) -> Self {
-        let two_w = w + w;
-        let fills_a = w >= R::ZERO;
+        Self { w, magnitude: (w + w).abs().atan(), fills_a: w >= R::ZERO }
+    }
+
+    /// Derivative of the magnitude by `w`, 1/V.
+    #[inline]
+    #[must_use]
+    pub fn gain_per_v(&self) -> R {
+        let two_w = self.w + self.w;
         let gain = (R::ONE + R::ONE) / (R::ONE + two_w * two_w);
-        Self { magnitude: two_w.abs().atan(), fills_a, gain_per_v: if fills_a { gain } else { -gain } }
+        if self.fills_a { gain } else { -gain }
     }
 }
 
