@@ -13,8 +13,6 @@ pub struct ParameterInfo {
     pub low: f32,
     /// Largest value accepted.
     pub high: f32,
-    /// What it does, in a sentence.
-    pub meaning: &'static str,
 }
 
 /// Why a value is refused.
@@ -38,13 +36,19 @@ macro_rules! parameters {
             /// Every parameter, in the order of their numbers.
             pub const ALL: [Self; [$($number),*].len()] = [$(Self::$key),*];
 
-            /// Name, default, range and meaning.
+            /// Name, default and range.
             #[must_use]
             pub const fn info(self) -> ParameterInfo {
                 match self {
-                    $(Self::$key => ParameterInfo {
-                        name: $name, default: $default, low: $low, high: $high, meaning: $meaning,
-                    },)*
+                    $(Self::$key => ParameterInfo { name: $name, default: $default, low: $low, high: $high },)*
+                }
+            }
+
+            /// What it does, in a sentence. Apart from the rest, so that the texts are not in the firmware.
+            #[must_use]
+            pub const fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$key => $meaning,)*
                 }
             }
         }

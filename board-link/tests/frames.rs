@@ -2,7 +2,7 @@
 
 use board_link::{
     Accumulator, Admission, Command, FRAME_BYTES, FrameError, Generator, PROTOCOL_VERSION, Parameter, Refusal, Reply,
-    Request, Response, Session, encode,
+    Request, Response, Session, Shape, encode,
 };
 use proptest::prelude::*;
 
@@ -16,8 +16,9 @@ fn commands() -> impl Strategy<Value = Command> {
         Just(Command::Disarm),
         Just(Command::Acknowledge),
         any::<i32>().prop_map(|position_um| Command::Generate(Generator::Hold { position_um })),
-        (any::<i32>(), any::<i32>(), any::<u32>())
-            .prop_map(|(low_um, high_um, period_ms)| Command::Generate(Generator::Step { low_um, high_um, period_ms })),
+        (any::<i32>(), any::<i32>(), any::<u32>()).prop_map(|(centre_um, amplitude_um, period_ms)| {
+            Command::Generate(Generator::Repeat { shape: Shape::Sine, centre_um, amplitude_um, period_ms })
+        }),
         parameter.clone().prop_map(Command::Get),
         (parameter, -1.0e9_f32..1.0e9).prop_map(|(key, value)| Command::Set(key, value)),
         Just(Command::Save),

@@ -1,7 +1,11 @@
 //! One tick, from converter codes to the valve code. Everything here runs in the control interrupt: no allocation, no
 //! waiting, no logging, no division, and no float outside bench mode and the model monitor.
 
-use control::{AdcCode, Command, Config, ExternalFaults, Inputs, Mode, Position, Reason, State};
+use control::{
+    AdcCode, Command, Config, ExternalFaults, Inputs, Mode, Outputs, Position, Pressure, Reason, State, Telemetry,
+    Voltage,
+};
+use monitor::{Monitor, Readings};
 
 use crate::bench::BenchPlant;
 use crate::generator::Course;
@@ -15,12 +19,25 @@ pub enum Order {
     Command(Command),
     /// Another setpoint generator.
     Course(Course),
-    /// Other parameters and telemetry decimation. Not while running; the self-test follows.
-    Configure(Config, u32),
+    /// Other parameters. Not while running; the self-test follows.
+    Configure(Setup),
     /// Bench mode on, with this plant. Not while running.
     BenchOn(BenchPlant),
     /// Bench mode off. Not while running.
     BenchOff,
+}
+
+/// What the settings become for the loop.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// For the control law.
+    pub config: Config,
+    /// The model monitor; `None` if it is off.
+    pub monitor: Option<Monitor>,
+    /// Whether its verdict trips; else it is only counted.
+    pub monitor_trips: bool,
+    /// One telemetry record every so many ticks.
+    pub every: u32,
 }
 
 /// What a tick yields.
@@ -37,52 +54,57 @@ pub struct Tick {
 /// The loop with everything it remembers.
 #[derive(Debug)]
 pub struct ControlLoop {
-    config: Config,
+    setup: Setup,
     state: State,
+    disagreement: bool,
+    previous_u_v: f32,
+    seen: Telemetry,
     course: Course,
     bench: Option<BenchPlant>,
+    latched: u16,
     command: Option<Command>,
     dac: u16,
     reference: Position,
     tick: u32,
     sequence: u32,
-    every: u32,
     until_record: u32,
     last_mode: u16,
 }
 
 impl ControlLoop {
-    /// A loop about to boot. `reset` is why the last run ended, if that needs acknowledging; `every` the telemetry
-    /// decimation.
+    /// A loop about to boot. `reset` is why the last run ended, if that needs acknowledging.
     #[must_use]
-    pub fn new(config: Config, reset: Option<Reason>, every: u32) -> Self {
-        let dac = config.safe_code().0;
+    pub fn new(setup: Setup, reset: Option<Reason>) -> Self {
+        Self::in_state(setup, State::boot(reset))
+    }
+
+    /// The same in any state: for lock-step comparison with the desktop.
+    #[must_use]
+    pub fn in_state(setup: Setup, state: State) -> Self {
+        let dac = setup.config.safe_code().0;
         Self {
-            config,
-            state: State::boot(reset),
-            course: Course::hold(Position::ZERO),
+            setup,
+            state,
+            disagreement: false,
+            previous_u_v: 0.0,
+            seen: Telemetry::default(),
+            course: Course::Hold(Position::ZERO),
             bench: None,
+            latched: dac,
             command: None,
             dac,
             reference: Position::ZERO,
             tick: 0,
             sequence: 0,
-            every: every.max(1),
             until_record: 0,
             last_mode: u16::MAX,
         }
     }
 
-    /// The same, already armed: for lock-step comparison with the desktop.
-    #[must_use]
-    pub fn armed(config: Config, every: u32) -> Self {
-        Self { state: State::armed(), ..Self::new(config, None, every) }
-    }
-
     /// The valve code at which nothing moves.
     #[must_use]
     pub fn safe_code(&self) -> u16 {
-        self.config.safe_code().0
+        self.setup.config.safe_code().0
     }
 
     /// The mode after the last tick.
@@ -97,30 +119,30 @@ impl ControlLoop {
         self.bench.is_some()
     }
 
-    /// Runs one tick.
+    /// Runs one tick; [`ControlLoop::watch`] follows when the valve is written.
     #[inline]
     pub fn tick(&mut self, codes: [u16; 4], faults: ExternalFaults, host_heard: bool) -> Tick {
         let command = self.command.take();
         let codes = match &mut self.bench {
-            Some(bench) => bench.advance(self.dac),
+            Some(bench) => {
+                // The hardware latches a code one tick after it was computed; so does the bench.
+                let latched = core::mem::replace(&mut self.latched, self.dac);
+                bench.advance(latched)
+            }
             None => codes,
         };
-        let asked = self.course.next(self.reference);
         let [position, a, b, supply] = codes.map(AdcCode);
-        let outputs = control::step(
-            &self.config,
-            &mut self.state,
-            Inputs {
-                reference: asked,
-                position,
-                pressure_a: a,
-                pressure_b: b,
-                supply: Some(supply),
-                command,
-                host_heard,
-                faults,
-            },
-        );
+        let inputs = Inputs {
+            reference: self.course.advance(),
+            position,
+            pressure_a: a,
+            pressure_b: b,
+            supply: Some(supply),
+            command,
+            host_heard,
+            faults,
+        };
+        let outputs = self.step(inputs);
         self.dac = outputs.dac.0;
         self.reference = outputs.telemetry.reference;
         self.tick = self.tick.wrapping_add(1);
@@ -128,7 +150,8 @@ impl ControlLoop {
         let event = mode != self.last_mode;
         self.last_mode = mode;
         let record_due = event || self.until_record == 0;
-        self.until_record = if self.until_record == 0 { self.every - 1 } else { self.until_record - 1 };
+        self.until_record =
+            if self.until_record == 0 { self.setup.every.saturating_sub(1) } else { self.until_record - 1 };
         let record = Record {
             tick: self.tick,
             sequence: self.sequence,
@@ -143,6 +166,34 @@ impl ControlLoop {
         Tick { valve: if self.bench.is_some() { self.safe_code() } else { self.dac }, record, record_due }
     }
 
+    /// The control law with the monitor's verdict of the tick before; all that lock-step comparison needs.
+    #[inline]
+    pub fn step(&mut self, inputs: Inputs) -> Outputs {
+        let disagreement = self.disagreement && self.setup.monitor_trips;
+        let faults = ExternalFaults { model_disagreement: disagreement, ..inputs.faults };
+        let outputs = control::step(&self.setup.config, &mut self.state, Inputs { faults, ..inputs });
+        self.seen = outputs.telemetry;
+        outputs
+    }
+
+    /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick.
+    #[inline]
+    pub fn watch(&mut self) -> bool {
+        let Some(monitor) = &mut self.setup.monitor else { return false };
+        // The types' own conversions round the same way, in ten times the instructions.
+        let pascals =
+            |pressure: Pressure| pressure.to_bits() as f32 * const { 1.0 / (1_u32 << Pressure::FRAC_NBITS) as f32 };
+        let readings = Readings {
+            position_m: self.seen.position.to_bits() as f32 * const { 1.0 / (1_u32 << Position::FRAC_NBITS) as f32 },
+            pressure_a_pa: pascals(self.seen.pressure_a),
+            pressure_b_pa: pascals(self.seen.pressure_b),
+            supply_pa: self.seen.supply.map(pascals),
+        };
+        self.disagreement = monitor.step(&readings, self.previous_u_v).disagreement;
+        self.previous_u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
+        self.disagreement
+    }
+
     /// Takes an order of the background, for the coming tick.
     #[cold]
     #[inline(never)]
@@ -153,19 +204,20 @@ impl ControlLoop {
             Order::Command(command) => {
                 if command == Command::Arm {
                     // The setpoint of an earlier run must not move the piston of this one.
-                    self.course = Course::hold(self.reference);
+                    self.course = Course::Hold(self.reference);
                 }
                 self.command = Some(command);
             }
             Order::Course(course) => self.course = course,
             Order::Configure(..) | Order::BenchOn(_) | Order::BenchOff if running => {}
-            Order::Configure(config, every) => {
-                self.config = config;
-                self.every = every.max(1);
+            Order::Configure(setup) => {
+                self.setup = setup;
+                self.disagreement = false;
                 self.test_anew();
             }
             Order::BenchOn(plant) => {
                 self.bench = Some(plant);
+                self.latched = self.safe_code();
                 self.test_anew();
             }
             Order::BenchOff => {

@@ -145,10 +145,9 @@ impl Desk {
         // The tick rate is the timer's: it changes with the next start, and until then the law must know the present one.
         let mut in_force = changed.clone();
         in_force.set(board_link::Parameter::TickHz, self.tick_hz as f32).map_err(Refusal::Parameter)?;
-        let config = in_force.control_config().map_err(|_| Refusal::Configuration)?;
-        let every = changed.telemetry_every();
+        let setup = in_force.setup().map_err(|_| Refusal::Configuration)?;
         self.settings = changed;
-        Ok(Action::Order(Order::Configure(config, every), OrderOutcome::Any))
+        Ok(Action::Order(Order::Configure(setup), OrderOutcome::Any))
     }
 }
 

@@ -12,8 +12,8 @@
 //!
 //! | idea | file |
 //! | --- | --- |
-//! | one tick: generator, (bench plant,) control law, record | `control_loop.rs` |
-//! | setpoints over time, in integers | `generator.rs` |
+//! | one tick: generator, (bench plant,) control law, record, model monitor | `control_loop.rs` |
+//! | what drives the setpoint | `generator.rs` |
 //! | the simulated plant in place of sensors and valve | `bench.rs` |
 //! | what one tick leaves for telemetry | `record.rs` |
 //! | what the background may read of the interrupt | `snapshot.rs` |
@@ -35,7 +35,7 @@ mod store;
 mod supervisor;
 
 pub use bench::BenchPlant;
-pub use control_loop::{ControlLoop, Order, Tick};
+pub use control_loop::{ControlLoop, Order, Setup, Tick};
 pub use desk::{Action, Desk, OrderOutcome};
 pub use generator::Course;
 pub use record::{Record, mode_from_number, mode_number};

@@ -2,7 +2,13 @@
 
 use board_link::{Parameter, ParameterError};
 use control::{Config, Parameters};
-use plant_model::Rig;
+use monitor::{Monitor, MonitorParameters};
+use plant_model::{Plant, Rig};
+
+use crate::control_loop::Setup;
+
+/// The timer latches a code one tick after the sample it answers.
+const OUTPUT_DELAY_TICKS: u8 = 1;
 
 /// Every number that can be changed on the board.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +60,7 @@ impl Settings {
     /// # Errors
     /// The first key that does not fit the others.
     pub fn check(&self) -> Result<(), SettingsError> {
-        self.control_config()?;
+        self.setup()?;
         self.rig().validate().map_err(|error| SettingsError { key: error.key, must: error.must })
     }
 
@@ -65,6 +71,30 @@ impl Settings {
     pub fn control_config(&self) -> Result<Config, SettingsError> {
         Config::from_parameters(&self.control_parameters())
             .map_err(|error| SettingsError { key: error.key, must: error.must })
+    }
+
+    /// Everything the control loop needs.
+    ///
+    /// # Errors
+    /// The first key that does not fit the others.
+    pub fn setup(&self) -> Result<Setup, SettingsError> {
+        let monitor = self.get(Parameter::Monitor) as u8;
+        let watching = if monitor == 0 {
+            None
+        } else {
+            let parameters = MonitorParameters::default();
+            let tick_s = 1.0 / self.tick_hz() as f32;
+            let plant = Plant::without_effects(&self.rig())
+                .map_err(|error| SettingsError { key: error.key, must: error.must })?;
+            let made = Monitor::for_plant(plant, &parameters, tick_s, OUTPUT_DELAY_TICKS);
+            Some(made.map_err(|error| SettingsError { key: error.key, must: error.must })?)
+        };
+        Ok(Setup {
+            config: self.control_config()?,
+            monitor: watching,
+            monitor_trips: monitor == 2,
+            every: self.telemetry_every(),
+        })
     }
 
     /// The control law's parameters.

@@ -117,7 +117,8 @@ fn ADC1_2() {
     }
     count(&CONTROLLED);
 
-    // Past the valve: what follows may take its time.
+    // Past the valve: what follows may take its time, until the next tick.
+    owned.control_loop.watch();
     SNAPSHOT.publish(&tick.record, owned.control_loop.bench());
     SNAPSHOT.note_cycles(written.wrapping_sub(entry));
     if tick.record_due {

@@ -41,18 +41,18 @@ async fn main(spawner: Spawner) {
         Loaded::Empty(_) => defmt::info!("no parameters in flash: defaults"),
         Loaded::Corrupt(_) => defmt::error!("parameters in flash are unusable: defaults"),
     }
-    // Both were checked; should that ever be wrong, the defaults are known to fit together.
+    // Checked when loaded; should that ever be wrong, the defaults are known to fit together.
     let mut settings = loaded.settings();
-    let config = match settings.control_config() {
-        Ok(config) => config,
+    let setup = match settings.setup() {
+        Ok(setup) => setup,
         Err(_) => {
             settings = Settings::default();
-            defmt::unwrap!(settings.control_config().ok(), "the defaults fit together")
+            defmt::unwrap!(settings.setup().ok(), "the defaults fit together")
         }
     };
 
     let reset = reset_reason(cause, previous.as_ref());
-    let control_loop = ControlLoop::new(config, reset, settings.telemetry_every());
+    let control_loop = ControlLoop::new(setup, reset);
     let desk = Desk::new(settings.clone(), board::NAME, env!("CARGO_PKG_VERSION"), fault_text(previous.as_ref()));
     let background = sampling::start(board.sampler, board.valve, control_loop, settings.tick_hz());
     spawner.spawn(defmt::unwrap!(telemetry_task(background.records, settings)));

@@ -105,8 +105,20 @@ impl Monitor {
         tick_s: f32,
         command_delay_ticks: u8,
     ) -> Result<Self, MonitorError> {
+        Self::for_plant(Plant::new(rig, effects)?, parameters, tick_s, command_delay_ticks)
+    }
+
+    /// A monitor for a plant made beforehand; otherwise as [`Monitor::new`].
+    ///
+    /// # Errors
+    /// A parameter of the monitor that is out of range.
+    pub fn for_plant(
+        plant: Plant<f32>,
+        parameters: &MonitorParameters,
+        tick_s: f32,
+        command_delay_ticks: u8,
+    ) -> Result<Self, MonitorError> {
         parameters.validate(tick_s)?;
-        let plant = Plant::new(rig, effects)?;
         let m = plant.coefficients();
         let spool_keep = if m.spool_time_constant_s > 0.0 { (-tick_s / m.spool_time_constant_s).exp() } else { 0.0 };
         let delay = CommandDelay::new(f32::from(command_delay_ticks) + m.line_delay_s / tick_s)?;

@@ -202,8 +202,24 @@ impl<R: Real> Plant<R> {
     pub fn new(rig: &Rig<R>, effects: &Effects<R>) -> Result<Self, ParameterError> {
         rig.validate()?;
         effects.validate()?;
+        let mut model = Self::nominal(rig);
+        effects.apply(&mut model);
+        Ok(Self::assemble(rig, model))
+    }
+
+    /// The paper's model of a rig, without effects: the same as [`Plant::new`] with [`Effects::none`], but without the
+    /// effect catalogue and its texts in the program, which a microcontroller has no room for.
+    ///
+    /// # Errors
+    /// The first parameter of the rig that is not finite, out of range or inconsistent.
+    pub fn without_effects(rig: &Rig<R>) -> Result<Self, ParameterError> {
+        rig.validate()?;
+        Ok(Self::assemble(rig, Self::nominal(rig)))
+    }
+
+    fn nominal(rig: &Rig<R>) -> Coefficients<R> {
         let (v, c, f) = (&rig.valve, &rig.cylinder, &rig.friction);
-        let mut model = Coefficients {
+        Coefficients {
             exponent: rig.gas.heat_capacity_ratio,
             atmosphere_pa: rig.supply.atmosphere_pa,
             supply_pa: rig.supply.pressure_pa,
@@ -248,9 +264,7 @@ impl<R: Real> Plant<R> {
             pressure_b_offset_pa: R::ZERO,
             pressure_time_constant_s: R::ZERO,
             position_delay_s: R::ZERO,
-        };
-        effects.apply(&mut model);
-        Ok(Self::assemble(rig, model))
+        }
     }
 
     fn assemble(rig: &Rig<R>, model: Coefficients<R>) -> Self {

@@ -126,6 +126,17 @@ impl<R: Real> Stepper<R> {
         plant.settle(state, &drive);
     }
 
+    /// One L-stable step of a plant without effects, and nothing else: what bench mode on the microcontroller needs,
+    /// without the code of error control and of the additional states.
+    pub fn single_step(plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
+        let drive = plant.drive(inputs);
+        let held = plant.held_at_stop(state, &drive);
+        let (mut next, _) = rodas3::<R, false>(plant, state, &drive, held, dt_s);
+        stop_at_ends(plant, &mut next);
+        *state = next;
+        plant.settle(state, &drive);
+    }
+
     fn run<const EXTENDED: bool>(&mut self, plant: &Plant<R>, state: &mut State<R>, drive: &Drive<R>, dt: R) {
         match &mut self.division {
             Division::Equal(count) => {
