@@ -24,6 +24,7 @@ pub mod metrics;
 pub mod open_loop;
 pub mod recording;
 pub mod stdio;
+pub mod sweep;
 
 pub use closed_loop::{ClosedLoop, LoopError, LoopSettings, Noise};
 pub use metrics::{StepMetrics, StepObserver};

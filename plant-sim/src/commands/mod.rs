@@ -5,6 +5,7 @@ pub(crate) mod import;
 pub(crate) mod plot;
 pub(crate) mod run;
 pub(crate) mod simulate;
+pub(crate) mod sweep;
 
 use report_html::Table;
 use rig_files::InputError;
