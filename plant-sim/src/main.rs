@@ -22,6 +22,8 @@ enum Command {
     Import(commands::import::Arguments),
     Plot(commands::plot::Arguments),
     Controller(commands::controller::Arguments),
+    Synthesize(commands::synthesize::Arguments),
+    Experiment(commands::experiment::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -33,6 +35,8 @@ fn main() -> ExitCode {
         Some(Command::Import(arguments)) => commands::import::run(&arguments),
         Some(Command::Plot(arguments)) => commands::plot::run(&arguments),
         Some(Command::Controller(arguments)) => commands::controller::run(&arguments),
+        Some(Command::Synthesize(arguments)) => commands::synthesize::run(&arguments),
+        Some(Command::Experiment(arguments)) => commands::experiment::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

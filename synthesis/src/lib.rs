@@ -48,5 +48,5 @@ pub use foreign::{Foreign, ForeignParameter};
 pub use law::{Controller, Law};
 pub use physics::Physics;
 pub use recording::record;
-pub use sequences::{Family, identification};
+pub use sequences::{Family, Part, identification, identification_parts};
 pub use specimen::{Reading, STEP_S, Specimen};

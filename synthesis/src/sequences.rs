@@ -110,12 +110,27 @@ impl Scale {
     }
 }
 
-/// The sequence recommended for telling the effects of the catalogue apart on this rig.
-///
-/// Every part has a purpose, stated beside it; all of them together take 40 s and are stretched or squeezed to
-/// `duration_s`. End stops are approached slowly.
+/// A part of the recommended sequence, and what it is good for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// What it makes visible.
+    pub purpose: &'static str,
+    /// What is done.
+    pub segments: Vec<Segment>,
+}
+
+/// The recommended sequence as an experiment; see [`identification_parts`].
 #[must_use]
 pub fn identification(rig: &Rig<f64>, duration_s: f64) -> Experiment {
+    let segments = identification_parts(rig, duration_s).into_iter().flat_map(|part| part.segments).collect();
+    Experiment { name: Family::Identification.id(), start_m: 0.0, segments }
+}
+
+/// The sequence recommended for telling the effects of the catalogue apart on this rig.
+///
+/// Every part has a purpose; all together are stretched or squeezed to `duration_s`. It starts at mid-stroke.
+#[must_use]
+pub fn identification_parts(rig: &Rig<f64>, duration_s: f64) -> Vec<Part> {
     let s = Scale::of(rig);
     // Going from one place to another takes a slow rig longer than the sequence would give it.
     let travel = |from: f64, to: f64, least: f64| least.max(1.4 * (to - from).abs() * s.half / (0.7 * s.top_speed));
@@ -132,47 +147,68 @@ pub fn identification(rig: &Rig<f64>, duration_s: f64) -> Experiment {
     };
     // The last quarter of half the stroke at 0.4 V beyond the dead zone (0.43 of full opening), and a second to build up.
     let push_s = 1.0 + 0.25 * s.half / (0.43 * s.top_speed);
-    let segments = vec![
-        // Large steps: full flow both ways, inertia, droop, coefficients.
-        step(0.0, 0.55, 1.6),
-        step(0.55, -0.55, 1.6),
-        // Sealed chambers of unequal size well above atmosphere: leaks to atmosphere, offsets, cooling after the move.
-        Segment::closed_valve(2.2),
-        step(-0.55, 0.7, 1.8),
-        Segment::closed_valve(2.2),
-        // Slow ramps both ways: Coulomb and static friction, Stribeck, position dependence, constant force.
-        ramp(0.7, -0.1, 3.0),
-        ramp(-0.1, 0.5, 2.6),
-        // Sines from slow and large to fast and small: mass, viscous friction, volumes, exponent.
-        sine(0.4, 0.6, 0.0, 2.5),
-        sine(1.0, 0.5, 0.3, 2.0),
-        sine(2.5, 0.3, -0.3, 2.0),
-        // Faster than the loop: lag against delay, sensor lag, position delay.
-        shaken(Wave::Sine, 0.0, s.open_v(0.8), 1.0, 10.0, 4.0),
-        // The valve wide open in alternation: the largest flows, accelerations and differences of pressure in motion.
-        Segment::open(3.0, Periodic::new(Wave::Square, 0.0, s.open_v(3.0), s.stroke_hz(0.5))),
-        step(0.0, -0.2, 0.8),
-        // Small slow reversals about mid: dead zone, hysteresis, breakaway.
-        shaken(Wave::Triangle, -0.2, s.open_v(0.25), 0.5, 0.5, 4.0),
-        shaken(Wave::Triangle, 0.3, s.open_v(0.6), 1.0, 1.0, 2.0),
-        // Against both end stops: supply pressure on one side, atmosphere on the other, then sealed. The largest
-        // pressure difference there is, for the leak across the piston, and the largest sum of pressures.
-        ramp(0.3, 0.95, 1.2),
-        Segment::push(push_s, s.open_v(0.4)),
-        Segment::closed_valve(2.0),
-        ramp(0.95, -0.95, 1.8),
-        Segment::push(push_s, -s.open_v(0.4)),
-        Segment::closed_valve(2.0),
-        // Back, so that the last part (usually held back for checking) moves as well.
-        step(-0.95, 0.2, 1.0),
-        sine(0.8, 0.5, 0.0, 1.5),
-        step(0.0, -0.4, 1.0),
-        step(-0.4, 0.4, 1.0),
+    let everything = vec![
+        (
+            "full flow both ways: flow coefficients, choking, droop, inertia",
+            vec![step(0.0, 0.55, 1.6), step(0.55, -0.55, 1.6)],
+        ),
+        (
+            "sealed unequal chambers above atmosphere: leaks to atmosphere, offsets, heat after the move",
+            vec![Segment::closed_valve(2.2), step(-0.55, 0.7, 1.8), Segment::closed_valve(2.2)],
+        ),
+        (
+            "slow ramps both ways: Coulomb and static friction, position dependence, constant force",
+            vec![ramp(0.7, -0.1, 3.0), ramp(-0.1, 0.5, 2.6)],
+        ),
+        (
+            "sines, slow and large to fast and small: mass, viscous friction, volumes, exponent",
+            vec![sine(0.4, 0.6, 0.0, 2.5), sine(1.0, 0.5, 0.3, 2.0), sine(2.5, 0.3, -0.3, 2.0)],
+        ),
+        (
+            "a sweep faster than the loop: lag against delay, sensor lag, position delay",
+            vec![shaken(Wave::Sine, 0.0, s.open_v(0.8), 1.0, 10.0, 4.0)],
+        ),
+        (
+            "the valve wide open in alternation: the largest flows and accelerations",
+            vec![
+                Segment::open(3.0, Periodic::new(Wave::Square, 0.0, s.open_v(3.0), s.stroke_hz(0.5))),
+                step(0.0, -0.2, 0.8),
+            ],
+        ),
+        (
+            "small slow reversals of the valve: dead zone, hysteresis, breakaway",
+            vec![
+                shaken(Wave::Triangle, -0.2, s.open_v(0.25), 0.5, 0.5, 4.0),
+                shaken(Wave::Triangle, 0.3, s.open_v(0.6), 1.0, 1.0, 2.0),
+            ],
+        ),
+        (
+            "gently against both end stops, then sealed: the largest pressure difference and sum there are",
+            vec![
+                ramp(0.3, 0.95, 1.2),
+                Segment::push(push_s, s.open_v(0.4)),
+                Segment::closed_valve(2.0),
+                ramp(0.95, -0.95, 1.8),
+                Segment::push(push_s, -s.open_v(0.4)),
+                Segment::closed_valve(2.0),
+            ],
+        ),
+        (
+            "motion once more: the last part of a log is held back for checking",
+            vec![step(-0.95, 0.2, 1.0), sine(0.8, 0.5, 0.0, 1.5), step(0.0, -0.4, 1.0), step(-0.4, 0.4, 1.0)],
+        ),
     ];
-    let total: f64 = segments.iter().map(|segment| segment.duration_s).sum();
-    let segments =
-        segments.into_iter().map(|part| Segment { duration_s: part.duration_s * duration_s / total, ..part }).collect();
-    Experiment { name: Family::Identification.id(), start_m: 0.0, segments }
+    let total: f64 = everything.iter().flat_map(|(_, parts)| parts).map(|segment| segment.duration_s).sum();
+    everything
+        .into_iter()
+        .map(|(purpose, parts)| Part {
+            purpose,
+            segments: parts
+                .into_iter()
+                .map(|part| Segment { duration_s: part.duration_s * duration_s / total, ..part })
+                .collect(),
+        })
+        .collect()
 }
 
 /// Parts until the time is used up, reshuffled whenever all kinds have been played.

@@ -1,0 +1,98 @@
+//! `plant-sim synthesize` and `plant-sim experiment` from the outside.
+
+use rig_files::{Column, Log};
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn plant_sim(folder: &Path, arguments: &[&str]) -> Output {
+    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/paper-c.toml");
+    Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+        .args([arguments[0], "--rig", rig])
+        .args(&arguments[1..])
+        .current_dir(folder)
+        .output()
+        .expect("plant-sim starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn the_same_seed_gives_the_same_log_and_the_truth_is_told_only_on_request() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hidden = ["synthesize", "--hidden", "2", "--seed", "5", "--duration", "3", "--nominal-error", "0.02", "--out"];
+    let first = plant_sim(folder.path(), &[&hidden[..], &["one.csv"]].concat());
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    let second = plant_sim(folder.path(), &[&hidden[..], &["two.csv", "--truth", "truth.toml"]].concat());
+    assert!(second.status.success(), "{}", text(&second.stderr));
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
+    assert_eq!(read("one.csv"), read("two.csv"));
+    let truth = read("truth.toml");
+    assert_eq!(truth.matches("[effects.").count(), 2, "{truth}");
+    for effect in plant_model::Effect::ALL {
+        assert!(!text(&first.stdout).contains(effect.id()), "{}", text(&first.stdout));
+    }
+}
+
+#[test]
+fn noise_losses_and_columns_are_as_asked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let words = "synthesize --effect valve-lag:time_constant_s=0.01 --seed 1 --duration 6 --jitter 0.1 --lost-rows 1 \
+                 --blanks 0.5 --columns u_v,p_a_pa --out log.csv";
+    let done = plant_sim(folder.path(), &words.split_whitespace().collect::<Vec<_>>());
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(text(&done.stdout).contains("valve-lag:time_constant_s=0.01"));
+    let log = Log::read(&folder.path().join("log.csv")).expect("a log that reads");
+    assert!(log.column(Column::PB).is_none() && log.column(Column::PA).is_some());
+    assert!(log.len() < 6000 && !log.gaps().is_empty());
+    let steps: Vec<f64> = log.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    assert!(steps.iter().any(|step| *step < 0.95e-3) && steps.iter().any(|step| *step > 1.05e-3));
+    // 12 bits over 10 bar.
+    let pressures = log.column(Column::PA).expect("recorded");
+    let code = pressures.iter().find(|p| p.is_finite()).expect("a sample") / 1e6 * 4095.0;
+    assert!((code - code.round()).abs() < 1e-6);
+}
+
+#[test]
+fn a_bad_request_is_one_clear_error_and_no_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (effect, says) in [
+        ("valve-leg", "no effect is called `valve-leg`"),
+        ("valve-lag:tau=1", "it has: time_constant_s"),
+        ("valve-lag:time_constant_s=ten", "write a number from 0 to 0.2"),
+        ("valve-lag:time_constant_s=7", "write a number from 0 to 0.2"),
+    ] {
+        let failed = plant_sim(folder.path(), &["synthesize", "--effect", effect, "--out", "log.csv"]);
+        assert_eq!(failed.status.code(), Some(2), "{effect}");
+        assert!(text(&failed.stderr).contains(says), "{}", text(&failed.stderr));
+    }
+    assert!(!folder.path().join("log.csv").exists());
+}
+
+#[test]
+fn the_recommended_sequence_states_its_purpose_and_keeps_within_the_rig() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let done = plant_sim(folder.path(), &["experiment", "--out", "ref.csv"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    for word in ["leaks", "dead zone", "delay", "friction", "V/m"] {
+        assert!(text(&done.stdout).contains(word), "{word}");
+    }
+    let table = std::fs::read_to_string(folder.path().join("ref.csv")).expect("written");
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("t_s,y_ref_m,u_v"));
+    let (mut rows, mut open, mut closed) = (0, 0, 0);
+    for line in lines {
+        let fields: Vec<&str> = line.split(',').collect();
+        assert_eq!(fields.len(), 3);
+        rows += 1;
+        if fields[1].is_empty() {
+            open += 1;
+        } else {
+            closed += 1;
+            assert!(fields[1].parse::<f64>().expect("a number").abs() <= 0.5 * 0.1746);
+        }
+        assert!(fields[2].parse::<f64>().expect("a number").abs() <= 5.0);
+    }
+    assert!(rows == 40_000 && open > 5_000 && closed > 15_000);
+}
