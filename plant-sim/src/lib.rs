@@ -22,6 +22,7 @@ pub mod controller;
 pub mod import;
 pub mod metrics;
 pub mod open_loop;
+pub mod paper;
 pub mod recording;
 pub mod stdio;
 pub mod sweep;

@@ -18,6 +18,7 @@ struct CommandLine {
 enum Command {
     Run(commands::run::Arguments),
     Simulate(commands::simulate::Arguments),
+    Paper(commands::paper::Arguments),
     Sweep(commands::sweep::Arguments),
     Import(commands::import::Arguments),
     Plot(commands::plot::Arguments),
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         None => commands::run::run(&commands::run::defaults()),
         Some(Command::Run(arguments)) => commands::run::run(&arguments),
         Some(Command::Simulate(arguments)) => commands::simulate::run(&arguments),
+        Some(Command::Paper(arguments)) => commands::paper::run(&arguments),
         Some(Command::Sweep(arguments)) => commands::sweep::run(&arguments),
         Some(Command::Import(arguments)) => commands::import::run(&arguments),
         Some(Command::Plot(arguments)) => commands::plot::run(&arguments),

@@ -263,7 +263,9 @@ fn write_table(html: &mut String, table: &Table) {
         .map(|column| {
             column > 0
                 && table.rows.iter().filter_map(|row| row.get(column)).all(|cell| {
-                    cell.chars().next().is_none_or(|first| first.is_ascii_digit() || "+-−–±<>≥≤".contains(first))
+                    let numeric = |first: char| first.is_ascii_digit() || "+-−–±<>≥≤".contains(first);
+                    // A sentence may begin with a number; it is still a sentence.
+                    cell.chars().count() <= 20 && cell.chars().next().is_none_or(numeric)
                 })
         })
         .collect();

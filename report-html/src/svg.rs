@@ -101,13 +101,41 @@ fn draw(cell: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, plot: &Plot)
     if plot.series.iter().any(|series| !series.name.is_empty()) && plot.series.len() > 1 {
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(emptiest_corner(plot, x, y))
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(216, 222, 228))
             .label_font((FONT, 13).into_font().color(&INK))
             .draw()?;
     }
     Ok(())
+}
+
+/// The corner where the legend hides the fewest points.
+fn emptiest_corner(plot: &Plot, x: [f64; 2], y: [f64; 2]) -> SeriesLabelPosition {
+    let mut counts = [0_usize; 4];
+    for series in &plot.series {
+        for (px, py) in series.x.iter().zip(&series.y) {
+            let (right, up) = ((px - x[0]) / (x[1] - x[0]), (py - y[0]) / (y[1] - y[0]));
+            let corners = [
+                (right > 0.65, up > 0.65),
+                (right < 0.35, up > 0.65),
+                (right > 0.65, up < 0.35),
+                (right < 0.35, up < 0.35),
+            ];
+            let inside = (0.0..=1.0).contains(&right) && (0.0..=1.0).contains(&up);
+            for (count, (across, along)) in counts.iter_mut().zip(corners) {
+                *count += usize::from(inside && across && along);
+            }
+        }
+    }
+    let positions = [
+        SeriesLabelPosition::UpperRight,
+        SeriesLabelPosition::UpperLeft,
+        SeriesLabelPosition::LowerRight,
+        SeriesLabelPosition::LowerLeft,
+    ];
+    let best = counts.iter().enumerate().min_by_key(|(_, count)| **count).map_or(0, |(at, _)| at);
+    positions.into_iter().nth(best).unwrap_or(SeriesLabelPosition::UpperRight)
 }
 
 fn draw_series(chart: &mut Chart<'_, '_>, series: &Series, colour: RGBColor, range: [f64; 2]) -> Drawn {

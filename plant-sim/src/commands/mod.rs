@@ -3,6 +3,7 @@
 pub(crate) mod controller;
 pub(crate) mod experiment;
 pub(crate) mod import;
+pub(crate) mod paper;
 pub(crate) mod plot;
 pub(crate) mod run;
 pub(crate) mod simulate;

@@ -1,0 +1,56 @@
+//! `plant-sim paper`: the paper's figures and whether its statements hold.
+
+use super::CliError;
+use plant_sim::paper::{Verdict, figures};
+use report_html::{Page, Table, svg};
+use rig_files::write_file;
+use std::path::PathBuf;
+
+/// Compute the paper's figures 5, 6, 8, 10, 11 and 13 anew and say, claim by claim, whether the simulation bears it out.
+///
+/// Writes one HTML page and one picture (SVG) per figure.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Arguments {
+    /// Folder for the page and the pictures
+    #[arg(long, value_name = "FOLDER", default_value = "out/paper")]
+    out: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    super::make_folder(&arguments.out)?;
+    let mut page = Page::new("The paper's figures, simulated");
+    page.text(
+        "Valdiero, Ritter, Rios, Rafikov: Nonlinear Mathematical Modeling in Pneumatic Servo Position Applications, \
+         Mathematical Problems in Engineering, 2011. Equation numbers are the paper's; where it is wrong or silent, \
+         `docs/model.md` says what is used instead.",
+    );
+    for figure in figures() {
+        println!("Fig. {}: {}", figure.number, figure.title);
+        page.section(format!("Fig. {}: {}", figure.number, figure.title)).text(figure.setting);
+        let mut table = Table::new(["the paper says", "verdict", "evidence"]);
+        for claim in &figure.claims {
+            let verdict = match claim.verdict {
+                Verdict::BorneOut => "borne out",
+                Verdict::NotBorneOut => "NOT borne out",
+            };
+            println!("  {verdict}: {} — {}", claim.statement, claim.evidence);
+            table.row([claim.statement, verdict, &claim.evidence]);
+        }
+        page.table(table);
+        if figure.number == 13 {
+            for plot in &figure.plots {
+                page.plot(plot.clone());
+            }
+        } else {
+            page.plots(figure.plots.clone());
+        }
+        let picture =
+            svg(&figure.plots, figure.plots.len().min(2), 560).map_err(|error| CliError::Failed(error.to_string()))?;
+        let path = arguments.out.join(format!("fig{:02}.svg", figure.number));
+        write_file(&path, |out| out.write_all(picture.as_bytes()))?;
+    }
+    let path = arguments.out.join("paper.html");
+    write_file(&path, |out| out.write_all(page.to_html().as_bytes()))?;
+    println!("\nReport: {}", path.display());
+    Ok(())
+}
