@@ -34,6 +34,10 @@ impl Target for Unprotected {
         Ok(TickOutput { dac: DacCode((code + 0.5) as u16), mode: Mode::Run })
     }
 
+    fn has_watchdog(&self) -> bool {
+        false
+    }
+
     fn watchdog_reset(&mut self) -> Result<(), TargetError> {
         Ok(())
     }

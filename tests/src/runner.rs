@@ -143,7 +143,7 @@ pub fn run_observed(
             last_codes = codes;
         }
         silent_ticks = if dropped { silent_ticks + 1 } else { 0 };
-        if silent_ticks == watchdog_ticks {
+        if silent_ticks == watchdog_ticks && target.has_watchdog() {
             target.watchdog_reset()?;
             // A reset takes the DAC to mid at once, latch and all.
             (dac, mode) = (mid, Mode::Safe(Reason::WatchdogReset));

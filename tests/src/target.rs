@@ -36,6 +36,11 @@ pub trait Target {
     /// The target cannot be reached or makes no sense.
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError>;
 
+    /// Whether a watchdog guards it.
+    fn has_watchdog(&self) -> bool {
+        true
+    }
+
     /// The watchdog has bitten: the target boots anew, knowing why.
     ///
     /// # Errors
