@@ -1,1 +1,30 @@
-//! Under construction.
+//! Names the physical causes of the gap between a plant model and measured data.
+//!
+//! The known physics stays; every effect of the catalogue (`plant_model::Effect`) is a hypothesis that is fitted to the
+//! log beside the nominal values, which are known within their tolerance only. A cause is named when it is needed, when
+//! the balance it acts on is closed with it, and when the part of the log that was held back agrees.
+//!
+//! ```text
+//! log ─ record ─ balances (mass A, mass B, force, supply) ─ fit ─ search ─ verdict, ties, advice
+//!                 each predicts one channel from the others       └─ hold-out: the whole model, restarted
+//! ```
+#![forbid(unsafe_code)]
+
+mod advice;
+mod balance;
+mod diagnose;
+mod fit;
+mod holdout;
+mod hypothesis;
+mod noise;
+mod outcome;
+mod record;
+mod ripple;
+mod search;
+mod smooth;
+
+pub use diagnose::{Balance, Diagnosis, DiagnosisError, Evidence, Hypothesised, LogSummary, diagnose};
+pub use holdout::Overlay;
+pub use noise::ChannelNoise;
+pub use outcome::{Calibration, Cause, Estimate, Gain, HoldOut, PerChannel, Verdict};
+pub use record::{Available, Quality};

@@ -25,7 +25,6 @@ enum Command {
     Controller(commands::controller::Arguments),
     Synthesize(commands::synthesize::Arguments),
     Experiment(commands::experiment::Arguments),
-    Blind(commands::blind::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -40,7 +39,6 @@ fn main() -> ExitCode {
         Some(Command::Controller(arguments)) => commands::controller::run(&arguments),
         Some(Command::Synthesize(arguments)) => commands::synthesize::run(&arguments),
         Some(Command::Experiment(arguments)) => commands::experiment::run(&arguments),
-        Some(Command::Blind(arguments)) => commands::blind::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

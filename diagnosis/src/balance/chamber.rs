@@ -1,0 +1,117 @@
+//! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
+
+use crate::record::{Record, Stretch};
+use plant_model::{MINIMUM_VOLUME_RATIO, Plant};
+
+/// Which chamber.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    A,
+    B,
+}
+
+/// Time constant with which the prediction is drawn towards the measurement, s: long enough for leaks to build up,
+/// short enough to forget a chamber's past within a few strokes.
+const MEMORY_S: f64 = 1.0;
+/// The first part of every stretch, s, during which the prediction settles and is not counted.
+const SETTLING_S: f64 = 0.05;
+
+/// Prediction errors of the chamber's pressure in units of its noise.
+pub(crate) fn innovations(
+    record: &Record,
+    plant: &Plant<f64>,
+    stretches: &[Stretch],
+    side: Side,
+    openings: &[f64],
+    supply_pa: &[f64],
+) -> Vec<f64> {
+    let c = plant.coefficients();
+    let is_a = side == Side::A;
+    let (measured, smooth, other) = if is_a {
+        (&record.p_a_pa, &record.p_a_smooth, &record.p_b_smooth)
+    } else {
+        (&record.p_b_pa, &record.p_b_smooth, &record.p_a_smooth)
+    };
+    let (offset, other_offset) = if is_a {
+        (c.pressure_a_offset_pa, c.pressure_b_offset_pa)
+    } else {
+        (c.pressure_b_offset_pa, c.pressure_a_offset_pa)
+    };
+    let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
+    let leak = if is_a { c.leak_a } else { c.leak_b };
+    let (volume_0, area) = if is_a { (c.volume_a0_m3, c.area_m2) } else { (c.volume_b0_m3, -c.area_m2) };
+    let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * 2.0 * c.half_stroke_m;
+    let energy = plant.energy_j_per_kg();
+    let volume = |k: usize| {
+        let at = k as f64;
+        let y = position(record, k, at, c.position_delay_s) / c.position_scale;
+        (volume_0 + area * y).max(smallest)
+    };
+    let lag = c.pressure_time_constant_s;
+
+    let mut out = Vec::new();
+    for stretch in stretches {
+        let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
+        let mut sensed = smooth.value[stretch.start] - offset;
+        let mut v = volume(stretch.start);
+        let settled = record.t_s[stretch.start] + SETTLING_S;
+        for k in stretch.range() {
+            let error = measured[k] - (sensed + offset);
+            out.push(if record.t_s[k] >= settled { error * weights[k] } else { f64::NAN });
+            if k + 1 == stretch.end {
+                break;
+            }
+            let dt = record.interval_s(k);
+            let drawn = error * (dt / (MEMORY_S + dt));
+            p += drawn;
+            sensed += drawn;
+            let before = p;
+            // Compress halfway, exchange mass at the volume between, compress the rest of the way.
+            let next_v = volume(k + 1);
+            let middle = 0.5 * (v + next_v);
+            p *= polytropic(v / middle, c.exponent);
+            let opening = openings[k];
+            let fills = (opening >= 0.0) == is_a;
+            let flow = plant.orifices().inflow(fills, opening.abs(), p, supply_pa[k], c.atmosphere_pa);
+            let mut mass_flow = flow.mass_flow - leak * (p - c.atmosphere_pa);
+            let mut by_p = flow.by_chamber - leak;
+            if c.leak_cross != 0.0 && !other.value.is_empty() {
+                mass_flow -= c.leak_cross * (p - (other.value[k] - other_offset));
+                by_p -= c.leak_cross;
+            }
+            let factor = energy / middle * dt;
+            p += factor * mass_flow / (1.0 - 0.5 * factor * by_p);
+            p *= polytropic(middle / next_v, c.exponent);
+            p = p.max(1.0e3);
+            v = next_v;
+            if lag > 1.0e-6 {
+                // The lag sees a pressure that changes linearly over the interval.
+                let rate = (p - before) / dt;
+                let rest = (-dt / lag).exp();
+                sensed = p - lag * rate + (sensed - before + lag * rate) * rest;
+            } else {
+                sensed = p;
+            }
+        }
+    }
+    out
+}
+
+/// `x^n` for `x` close to one.
+fn polytropic(x: f64, n: f64) -> f64 {
+    let e = x - 1.0;
+    1.0 + n * e * (1.0 + 0.5 * (n - 1.0) * e * (1.0 + (n - 2.0) / 3.0 * e))
+}
+
+/// The smoothed measured position at the time `delay` after sample `k`: what was true at sample `k` if the signal is
+/// late by `delay`.
+fn position(record: &Record, k: usize, at: f64, delay_s: f64) -> f64 {
+    let y = &record.y_smooth.value;
+    if delay_s <= 0.0 {
+        return y[k];
+    }
+    let shifted = at + delay_s / record.quality.interval_s;
+    let low = (shifted as usize).min(y.len() - 1);
+    let high = (low + 1).min(y.len() - 1);
+    y[low] + (y[high] - y[low]) * (shifted - low as f64).min(1.0)
+}

@@ -1,0 +1,93 @@
+//! The balances: each predicts one channel from the others as measured, so that only its own physics shows.
+//!
+//! | balance | predicts | from | shows |
+//! | --- | --- | --- | --- |
+//! | mass A, mass B | chamber pressure | command, position, supply | valve and gas only: friction never shows here |
+//! | force | position | both pressures, external force | mechanics only: the dead zone never shows here |
+//! | supply | supply pressure | command, pressures | the air source |
+//!
+//! Every prediction runs as an observer: it is drawn towards the measurement with a time constant that balances sensor
+//! noise against what accumulates in the prediction, so its errors (innovations) are white where the physics is right,
+//! and no horizon has to be chosen for the fit.
+
+pub(crate) mod chamber;
+pub(crate) mod command;
+pub(crate) mod motion;
+pub(crate) mod supply;
+
+use crate::record::{Record, Stretch};
+use plant_model::Plant;
+
+/// The predicted channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Channel {
+    PressureA,
+    PressureB,
+    Position,
+    Supply,
+}
+
+impl Channel {
+    pub(crate) const ALL: [Self; 4] = [Self::PressureA, Self::PressureB, Self::Position, Self::Supply];
+
+    pub(crate) const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+/// A set of channels, one bit each.
+pub(crate) type Channels = u8;
+
+/// Which balances the log allows.
+pub(crate) fn judgeable(record: &Record) -> Channels {
+    let has = record.available;
+    let mut channels = 0;
+    if has.command && has.pressure_a {
+        channels |= Channel::PressureA.bit();
+    }
+    if has.command && has.pressure_b {
+        channels |= Channel::PressureB.bit();
+    }
+    if has.pressure_a && has.pressure_b {
+        channels |= Channel::Position.bit();
+    }
+    if has.supply && has.command && has.pressure_a && has.pressure_b {
+        channels |= Channel::Supply.bit();
+    }
+    channels
+}
+
+/// Prediction errors in units of the channel's noise, sample by sample over the chosen stretches; NaN where a
+/// prediction is not settled yet.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Innovations {
+    pub(crate) channels: [Vec<f64>; 4],
+}
+
+/// The samples a set of stretches covers, in order.
+pub(crate) fn samples(stretches: &[Stretch]) -> impl Iterator<Item = usize> + '_ {
+    stretches.iter().flat_map(Stretch::range)
+}
+
+/// Runs the wanted balances of a model over some stretches of the log.
+pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, stretches: &[Stretch], wanted: Channels) -> Innovations {
+    let mut out = Innovations::default();
+    let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
+    if wanted & flows != 0 {
+        let openings = command::openings(record, plant);
+        let supply = supply::pressures(record, plant, &openings);
+        for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
+            if wanted & channel.bit() != 0 {
+                out.channels[channel as usize] =
+                    chamber::innovations(record, plant, stretches, side, &openings, &supply.at_valve);
+            }
+        }
+        if wanted & Channel::Supply.bit() != 0 {
+            out.channels[Channel::Supply as usize] = supply::innovations(record, stretches, &supply.predicted);
+        }
+    }
+    if wanted & Channel::Position.bit() != 0 {
+        out.channels[Channel::Position as usize] = motion::innovations(record, plant, stretches);
+    }
+    out
+}

@@ -1,0 +1,47 @@
+//! The supply pressure at the valve: as measured, else nominal, else drooping with the flow drawn.
+
+use super::samples;
+use crate::record::{Record, Stretch};
+use plant_model::Plant;
+
+/// Supply pressure by sample, Pa absolute.
+pub(crate) struct SupplyPressure {
+    /// What the chambers see: measured where it was measured.
+    pub(crate) at_valve: Vec<f64>,
+    /// What the model says of it.
+    pub(crate) predicted: Vec<f64>,
+}
+
+/// The flow drawn is computed with the chamber pressures as measured.
+pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
+    let c = plant.coefficients();
+    let n = record.len();
+    let (a, b) = (&record.p_a_smooth.value, &record.p_b_smooth.value);
+    let measured = record.available.supply;
+    let mut predicted = vec![c.supply_pa; n];
+    if c.droop_pa_s_per_kg > 0.0 {
+        let mut p = c.supply_pa;
+        for k in 0..n {
+            predicted[k] = p;
+            let fills_a = openings[k] >= 0.0;
+            let chamber = if fills_a { a.get(k) } else { b.get(k) };
+            let drawn = match chamber {
+                Some(&chamber) => {
+                    plant.orifices().inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
+                }
+                None => 0.0,
+            };
+            let settled = c.supply_pa - c.droop_pa_s_per_kg * drawn;
+            p = settled + (p - settled) * (-record.interval_s(k) / c.droop_time_constant_s).exp();
+            p = p.max(c.atmosphere_pa);
+        }
+    }
+    let at_valve = if measured { record.p_sup_smooth.value.clone() } else { predicted.clone() };
+    SupplyPressure { at_valve, predicted }
+}
+
+/// Measured minus predicted supply pressure in units of its noise.
+pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64]) -> Vec<f64> {
+    let sigma = record.quality.supply.standard_deviation.max(1.0);
+    samples(stretches).map(|k| (record.p_sup_pa[k] - predicted[k]) / sigma).collect()
+}

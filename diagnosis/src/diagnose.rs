@@ -1,0 +1,413 @@
+//! The diagnosis as a whole: from rig file and log to verdict, causes, gain and advice.
+
+use crate::advice;
+use crate::balance::{self, Channel, Channels, Innovations};
+use crate::fit::{BUNDLE, Fit, Problem};
+use crate::holdout::{self, Overlay};
+use crate::hypothesis::{self, Hypothesis, Slot};
+use crate::outcome::{Calibration, Cause, Estimate, Gain, Verdict};
+use crate::record::{Available, Quality, Record};
+use crate::search::{self, Found};
+use plant_model::Effect;
+use rig_files::{Log, RigFile};
+use serde::Serialize;
+
+/// The least usable data.
+const LEAST_SAMPLES: usize = 200;
+/// A balance is closed while its innovations vary no more than this over what noise explains, slowly (long-run
+/// variance) …
+const CLOSED_DISPERSION: f64 = 4.0;
+/// … and in total (cost over that of white noise).
+const CLOSED_COST: f64 = 1.6;
+/// Mean robust cost of one bundled, unit-variance, normal innovation.
+const COST_OF_NOISE: f64 = 0.466;
+/// A nominal value is called calibrated if it moved by this many of its standard errors and tenths of its tolerance.
+const CALIBRATED_SIGMAS: f64 = 2.0;
+
+/// Why a log cannot be diagnosed at all.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum DiagnosisError {
+    /// Too few complete samples.
+    #[error(
+        "the log has {found} samples in which all its measured columns have a value; at least {LEAST_SAMPLES} are needed: \
+         record longer, or leave out the column with the blanks"
+    )]
+    TooShort {
+        /// Complete samples found.
+        found: usize,
+    },
+    /// No balance can be formed.
+    #[error(
+        "the log has no combination of columns that makes a balance: add u_v with p_a_pa or p_b_pa (mass balance), or both \
+         pressures (force balance)"
+    )]
+    NothingToJudge,
+    /// The rig file contradicts itself.
+    #[error("the rig cannot be simulated: {0}")]
+    Rig(plant_model::ParameterError),
+}
+
+/// How one balance stands after all.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Balance {
+    /// `p_a_pa`, `p_b_pa`, `y_m` or `p_sup_pa`: the channel it predicts.
+    pub channel: &'static str,
+    /// Misfit of the nominal rig over that of white noise; 1 is perfect.
+    pub nominal_misfit: f64,
+    /// The same with the causes found.
+    pub extended_misfit: f64,
+    /// Long-run variance of the remaining errors over that of white noise; 1 is white.
+    pub remaining_dispersion: f64,
+    /// Whether nothing beyond noise remains.
+    pub closed: bool,
+}
+
+/// A hypothesis that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Hypothesised {
+    /// Identifiers of its effects.
+    pub effects: Vec<&'static str>,
+    /// Minus log-likelihood.
+    pub cost: f64,
+    /// Whether it was fitted in full; else its cost is predicted to first order.
+    pub fitted: bool,
+}
+
+/// The result of a diagnosis.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Causes, by how much of the gap each explains.
+    pub causes: Vec<Cause>,
+    /// Nominal values corrected within tolerance.
+    pub calibration: Vec<Calibration>,
+    /// Gain on the part held back; `null` where the log does not allow full predictions.
+    pub gain: Option<Gain>,
+    /// Rig keys and effects this log says nothing about.
+    pub not_identifiable: Vec<String>,
+    /// What to record next.
+    pub next_experiment: Option<String>,
+    /// Effects that lower the misfit of a balance that stays open: descriptions, not names.
+    pub leads: Vec<Cause>,
+    /// The balances.
+    pub balances: Vec<Balance>,
+    /// What the log holds and how good it is.
+    pub log: LogSummary,
+    /// All hypotheses tried, best first.
+    pub hypotheses: Vec<Hypothesised>,
+    /// The rig with its nominal values corrected and the causes added.
+    #[serde(skip)]
+    pub extended_rig: RigFile,
+    /// Material for pictures.
+    #[serde(skip)]
+    pub evidence: Evidence,
+}
+
+/// What the log holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct LogSummary {
+    /// Columns measured.
+    pub available: Available,
+    /// Sampling and noise.
+    pub quality: Quality,
+}
+
+/// Signals for pictures: innovations of nominal and extended model beside what they may depend on.
+#[derive(Clone, Debug, Default)]
+pub struct Evidence {
+    /// Time, s, of every sample used for fitting.
+    pub t_s: Vec<f64>,
+    /// Command, V (empty if not measured).
+    pub u_v: Vec<f64>,
+    /// Position, m.
+    pub y_m: Vec<f64>,
+    /// Velocity, m/s.
+    pub v_m_per_s: Vec<f64>,
+    /// Pressure of A, Pa (empty if not measured).
+    pub p_a_pa: Vec<f64>,
+    /// Pressure of B, Pa (empty if not measured).
+    pub p_b_pa: Vec<f64>,
+    /// Errors of the nominal rig in units of noise: p_a, p_b, y, p_sup; NaN where a prediction is not settled.
+    pub nominal: [Vec<f64>; 4],
+    /// The same for the extended rig.
+    pub extended: [Vec<f64>; 4],
+    /// Predictions on the part held back.
+    pub overlay: Overlay,
+}
+
+/// Diagnoses the gap between a rig file and a log. `progress` hears what is being done.
+///
+/// # Errors
+/// If the log allows no judgement at all. Everything less is part of the result.
+pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
+    plant_model::Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
+    let record = Record::new(log, rig);
+    if record.len() < LEAST_SAMPLES || record.stretches.iter().all(|s| s.held_back) {
+        return Err(DiagnosisError::TooShort { found: record.len() });
+    }
+    let judgeable = balance::judgeable(&record);
+    if judgeable & !Channel::Supply.bit() == 0 {
+        return Err(DiagnosisError::NothingToJudge);
+    }
+    let nominal = Hypothesis::null(&hypothesis::nominal_parameters(rig, judgeable, record.available.supply));
+    let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
+    let mut problem = Problem { rig, record: &record, stretches: fitted, judgeable, dispersion: [1.0; 4] };
+    // A fit can only fail on a rig that cannot be simulated, which was checked above.
+    let Some(found) = search::search(&mut problem, &nominal, progress) else {
+        return Err(DiagnosisError::NothingToJudge);
+    };
+    progress("hold-out");
+    Ok(conclude(&problem, found))
+}
+
+fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
+    let (rig, record) = (problem.rig, problem.record);
+    let best = problem.with_errors(found.best.clone());
+    let innovations = [&found.null, &found.best].map(|fit| problem.innovations(fit).unwrap_or_default());
+    let balances = balances(problem, &found, &innovations);
+    let open: Channels = Channel::ALL
+        .iter()
+        .filter(|c| balances.iter().any(|b| b.channel == name(**c) && !b.closed))
+        .map(|c| c.bit())
+        .sum();
+
+    let confirmed = confirmed_on_hold_out(problem, &found);
+    let mut causes = Vec::new();
+    let mut leads = Vec::new();
+    for (index, effect) in found.best.hypothesis.effects.iter().enumerate() {
+        let cause = cause(problem, &best, &found, *effect, index);
+        if hypothesis::channels(*effect) & open == 0 && confirmed {
+            causes.push(cause);
+        } else {
+            leads.push(cause);
+        }
+    }
+    let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
+    causes.sort_by(by_share);
+    leads.sort_by(by_share);
+    let verdict = match (causes.is_empty(), open != 0) {
+        (true, false) => Verdict::NoGap,
+        (true, true) => Verdict::Unexplained,
+        (false, false) => Verdict::Explained,
+        (false, true) => Verdict::PartlyExplained,
+    };
+
+    // What is only a lead does not become part of the rig.
+    let mut kept = found.best.hypothesis.clone();
+    for lead in &leads {
+        if let Some(effect) = Effect::from_id(&lead.id) {
+            kept = kept.without(effect);
+        }
+    }
+    let kept_fit = if leads.is_empty() {
+        Some(best.clone())
+    } else {
+        problem.fit(kept.clone(), 6).map(|f| problem.with_errors(f))
+    };
+    let kept_fit = kept_fit.unwrap_or_else(|| best.clone());
+    let mut extended_rig = kept_fit.hypothesis.rig(rig, &kept_fit.hypothesis.values);
+    extended_rig.name = format!("{}, extended", rig.name);
+    let (gain, overlay) = match holdout::gain(record, rig, &extended_rig) {
+        Some((gain, overlay)) => (Some(gain), overlay),
+        None => (None, Overlay::default()),
+    };
+    let mut hypotheses: Vec<Hypothesised> = found
+        .tried
+        .iter()
+        .map(|t| Hypothesised { effects: t.effects.iter().map(|e| e.id()).collect(), cost: t.cost, fitted: t.fitted })
+        .collect();
+    hypotheses.push(Hypothesised { effects: vec![], cost: found.null.cost(problem), fitted: true });
+    hypotheses.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    hypotheses.dedup_by(|a, b| a.effects == b.effects && a.fitted == b.fitted);
+    Diagnosis {
+        verdict,
+        next_experiment: next_experiment(verdict, &causes, judged(problem)),
+        causes,
+        calibration: calibration(problem, &kept_fit),
+        gain,
+        not_identifiable: not_identifiable(problem, &kept_fit),
+        leads,
+        balances,
+        log: LogSummary { available: record.available, quality: record.quality.clone() },
+        hypotheses,
+        extended_rig,
+        evidence: evidence(problem, innovations, overlay),
+    }
+}
+
+fn name(channel: Channel) -> &'static str {
+    match channel {
+        Channel::PressureA => "p_a_pa",
+        Channel::PressureB => "p_b_pa",
+        Channel::Position => "y_m",
+        Channel::Supply => "p_sup_pa",
+    }
+}
+
+fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
+    let dispersion = problem.dispersion_at(&found.best);
+    Channel::ALL
+        .into_iter()
+        .filter(|channel| problem.judgeable & channel.bit() != 0)
+        .map(|channel| {
+            let index = channel as usize;
+            let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
+            let white = COST_OF_NOISE * (settled / BUNDLE).max(1) as f64;
+            let extended_misfit = found.best.channel_cost[index] / white;
+            Balance {
+                channel: name(channel),
+                nominal_misfit: found.null.channel_cost[index] / white,
+                extended_misfit,
+                remaining_dispersion: dispersion[index],
+                closed: extended_misfit < CLOSED_COST && dispersion[index] < CLOSED_DISPERSION,
+            }
+        })
+        .collect()
+}
+
+/// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
+fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
+    let stretches: Vec<_> = problem.record.stretches.iter().copied().filter(|s| s.held_back).collect();
+    if stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
+        return true;
+    }
+    let held = Problem { stretches, dispersion: problem.dispersion, ..*problem };
+    let cost = |fit: &Fit| held.fit(fit.hypothesis.clone(), 0).map(|f| f.cost(&held) - f.prior_cost);
+    match (cost(&found.null), cost(&found.best)) {
+        (Some(null), Some(best)) => best < null,
+        _ => false,
+    }
+}
+
+fn cause(problem: &Problem<'_>, best: &Fit, found: &Found, effect: Effect, index: usize) -> Cause {
+    let info = effect.info();
+    let values = best.hypothesis.values_of(effect);
+    let mut parameters = Vec::new();
+    for (place, parameter) in best.hypothesis.parameters.iter().enumerate() {
+        if let Slot::Effect(e, k) = parameter.slot
+            && e == effect
+        {
+            let variance = best.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
+            let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { 0.0 };
+            parameters.push(Estimate {
+                name: info.parameters[k].name.to_string(),
+                value: best.hypothesis.values[place],
+                std_error,
+            });
+        }
+    }
+    let loss = found.losses.get(index).copied().unwrap_or(0.0);
+    let cost = found.best.cost(problem).max(1.0);
+    let gap = (found.null.cost(problem) - found.best.cost(problem)).max(1.0);
+    Cause {
+        id: effect.id().to_string(),
+        parameters,
+        ties: found.ties.get(index).map(|t| t.iter().map(|e| e.id().to_string()).collect()).unwrap_or_default(),
+        evidence: advice::evidence(effect, &values, 100.0 * loss / cost),
+        share: (loss / gap).clamp(0.0, 1.0),
+    }
+}
+
+fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> {
+    let h = &fit.hypothesis;
+    let mut out = Vec::new();
+    for (place, (parameter, value)) in h.parameters.iter().zip(&h.values).enumerate() {
+        let (Slot::Nominal(key), Some(tolerance)) = (parameter.slot, parameter.tolerance) else { continue };
+        let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
+        let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { tolerance };
+        let moved = (value - parameter.neutral).abs();
+        if moved > CALIBRATED_SIGMAS * std_error && moved > 0.1 * tolerance {
+            out.push(Calibration {
+                name: key.path.to_string(),
+                nominal: key.get(&problem.rig.rig),
+                value: *value,
+                std_error,
+            });
+        }
+    }
+    out
+}
+
+/// Rig keys the log leaves as they were, and effects it could not have shown.
+fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> {
+    let record = problem.record;
+    let mut out = Vec::new();
+    let friction = &problem.rig.rig.friction;
+    let presliding = friction.coulomb_n / friction.stiffness_n_per_m;
+    let position = &record.quality.position;
+    // The bristles' whole range must stand out of the sensor's noise to be seen.
+    if position.standard_deviation.max(position.resolution) > 0.1 * presliding {
+        for key in ["stiffness_n_per_m", "damping_n_s_per_m", "breakaway_m"] {
+            out.push(format!("friction.{key}"));
+        }
+    }
+    let resolution = motion_resolution(record);
+    if resolution > 0.2 * friction.stribeck_velocity_m_per_s {
+        out.push("friction.stribeck_velocity_m_per_s".to_string());
+    }
+    for (place, parameter) in fit.hypothesis.parameters.iter().enumerate() {
+        if let (Slot::Nominal(key), Some(tolerance)) = (parameter.slot, parameter.tolerance) {
+            let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
+            if !variance.is_finite() || variance.max(0.0).sqrt() > 0.7 * tolerance {
+                out.push(key.path.to_string());
+            }
+        }
+    }
+    let able = search::candidates(problem);
+    let visible = search::visible(problem, fit, &able);
+    out.extend(Effect::ALL.into_iter().filter(|e| !visible.contains(e)).map(|e| e.id().to_string()));
+    out
+}
+
+fn motion_resolution(record: &Record) -> f64 {
+    balance::motion::velocity_error(record)
+}
+
+fn judged(problem: &Problem<'_>) -> Channels {
+    problem.judgeable
+}
+
+fn next_experiment(verdict: Verdict, causes: &[Cause], judged: Channels) -> Option<String> {
+    let mut out: Vec<String> = Vec::new();
+    for cause in causes {
+        for tie in &cause.ties {
+            if let (Some(one), Some(other)) = (Effect::from_id(&cause.id), Effect::from_id(tie)) {
+                out.push(format!("To tell {one} from {other}: {}", advice::separate(one, other)));
+            }
+        }
+    }
+    let full = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Position.bit();
+    if judged & full != full {
+        out.push("Record the valve command and both chamber pressures: only then can every balance be judged.".into());
+    }
+    if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+        out.push(
+            "Record the sequence of `plant-sim experiment`, twice: what repeats is physics the catalogue lacks, what does \
+             not is wear, drift or disturbance."
+                .into(),
+        );
+    }
+    out.dedup();
+    (!out.is_empty()).then(|| out.join(" "))
+}
+
+fn evidence(problem: &Problem<'_>, innovations: [Innovations; 2], overlay: Overlay) -> Evidence {
+    let record = problem.record;
+    let samples: Vec<usize> = balance::samples(&problem.stretches).collect();
+    let pick = |signal: &[f64]| -> Vec<f64> {
+        if signal.is_empty() { Vec::new() } else { samples.iter().map(|&k| signal[k]).collect() }
+    };
+    let [nominal, extended] = innovations;
+    Evidence {
+        t_s: pick(&record.t_s),
+        u_v: pick(&record.u_v),
+        y_m: pick(&record.y_m),
+        v_m_per_s: pick(&record.motion.slope),
+        p_a_pa: pick(&record.p_a_pa),
+        p_b_pa: pick(&record.p_b_pa),
+        nominal: nominal.channels,
+        extended: extended.channels,
+        overlay,
+    }
+}

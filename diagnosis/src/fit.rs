@@ -1,0 +1,413 @@
+//! Least squares on innovations: robust loss, tolerances as priors, Levenberg-Marquardt steps.
+
+use crate::balance::{self, Channel, Channels, Innovations};
+use crate::hypothesis::{self, Hypothesis, Parameter};
+use crate::record::{Record, Stretch};
+use nalgebra::{DMatrix, DVector};
+use plant_model::Effect;
+use rig_files::RigFile;
+
+/// Innovations beyond this many standard deviations count less and less: mispredicted stick-slip must not rule.
+const ROBUST_KNEE: f64 = 3.0;
+/// Innovations are averaged over this many samples before they are compared; they are white, so little is lost.
+pub(crate) const BUNDLE: usize = 4;
+
+/// Half the squared change of predictions, in noise units, from which on an effect counts as visible in a log.
+const RESPONDS: f64 = 50.0;
+
+/// The data a fit is judged on.
+pub(crate) struct Problem<'a> {
+    pub(crate) rig: &'a RigFile,
+    pub(crate) record: &'a Record,
+    pub(crate) stretches: Vec<Stretch>,
+    pub(crate) judgeable: Channels,
+    /// Divides the cost of each channel: how much more than white noise its innovations vary at best.
+    pub(crate) dispersion: [f64; 4],
+}
+
+/// The result of fitting a hypothesis.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub(crate) hypothesis: Hypothesis,
+    /// Half the robust sum of squares, per channel, in units of the noise, dispersion not included.
+    pub(crate) channel_cost: [f64; 4],
+    /// Half the squared deviations of nominal values in units of their tolerance.
+    pub(crate) prior_cost: f64,
+    /// Inverse of the normal matrix at the solution; empty until asked for.
+    pub(crate) covariance: Option<DMatrix<f64>>,
+}
+
+impl Fit {
+    /// Total cost with the problem's dispersion: minus log-likelihood up to a constant.
+    pub(crate) fn cost(&self, problem: &Problem<'_>) -> f64 {
+        let data: f64 = self.channel_cost.iter().zip(problem.dispersion).map(|(c, d)| c / d).sum();
+        data + self.prior_cost
+    }
+}
+
+/// Bundled innovations of one evaluation, with the channel offsets.
+#[derive(Clone, Default)]
+struct Residuals {
+    channels: [Vec<f64>; 4],
+}
+
+fn bundle(innovations: &Innovations) -> Residuals {
+    let mut out = Residuals::default();
+    let root = (BUNDLE as f64).sqrt();
+    for (to, from) in out.channels.iter_mut().zip(&innovations.channels) {
+        to.extend(from.chunks(BUNDLE).map(|chunk| {
+            let sum: f64 = chunk.iter().sum();
+            // A NaN anywhere in the bundle leaves it out: it counts as no deviation for every model alike.
+            if sum.is_nan() || chunk.len() < BUNDLE { 0.0 } else { sum / root }
+        }));
+    }
+    out
+}
+
+fn loss(e: f64) -> f64 {
+    let x = e / ROBUST_KNEE;
+    ROBUST_KNEE * ROBUST_KNEE * ((1.0 + x * x).sqrt() - 1.0)
+}
+
+fn weight(e: f64) -> f64 {
+    let x = e / ROBUST_KNEE;
+    1.0 / (1.0 + x * x).sqrt()
+}
+
+impl Problem<'_> {
+    /// The parameters of an effect on this rig.
+    pub(crate) fn parameters(&self, effect: Effect) -> Vec<Parameter> {
+        hypothesis::effect_parameters(self.rig, effect, self.judgeable, self.record.quality.interval_s)
+    }
+
+    fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
+        let plant = hypothesis.plant(self.rig, values)?;
+        Some(bundle(&balance::innovations(self.record, &plant, &self.stretches, wanted & self.judgeable)))
+    }
+
+    fn channel_cost(residuals: &Residuals) -> [f64; 4] {
+        let mut cost = [0.0; 4];
+        for (cost, channel) in cost.iter_mut().zip(&residuals.channels) {
+            *cost = channel.iter().map(|e| loss(*e)).sum();
+        }
+        cost
+    }
+
+    fn total(&self, residuals: &Residuals, hypothesis: &Hypothesis, values: &[f64]) -> f64 {
+        let cost = Self::channel_cost(residuals);
+        cost.iter().zip(self.dispersion).map(|(c, d)| c / d).sum::<f64>() + prior(hypothesis, values)
+    }
+
+    /// Residual derivatives of one parameter by a one-sided difference, over the channels it acts on.
+    fn column(
+        &self,
+        hypothesis: &Hypothesis,
+        values: &[f64],
+        base: &Residuals,
+        index: usize,
+        relative_step: f64,
+    ) -> (Residuals, f64) {
+        let parameter = &hypothesis.parameters[index];
+        let mut step = relative_step * parameter.scale;
+        let mut moved = values.to_vec();
+        if values[index] + step > parameter.max {
+            step = -step;
+        }
+        moved[index] += step;
+        let mut out = Residuals::default();
+        let residuals = self.evaluate(hypothesis, &moved, parameter.channels).or_else(|| {
+            step = -step;
+            moved[index] = values[index] + step;
+            self.evaluate(hypothesis, &moved, parameter.channels)
+        });
+        if let Some(residuals) = residuals {
+            for (channel, (new, old)) in residuals.channels.iter().zip(&base.channels).enumerate() {
+                if !new.is_empty() {
+                    out.channels[channel] =
+                        new.iter().zip(old).map(|(a, b)| (a - b) / step * parameter.scale).collect();
+                }
+            }
+        }
+        (out, step)
+    }
+
+    /// Gradient and normal matrix in units of the parameters' scales.
+    fn normal(
+        &self,
+        hypothesis: &Hypothesis,
+        values: &[f64],
+        base: &Residuals,
+        columns: &[Residuals],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let n = columns.len();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut gradient = DVector::zeros(n);
+        for channel in 0..4 {
+            let residuals = &base.channels[channel];
+            if residuals.is_empty() {
+                continue;
+            }
+            let factor = 1.0 / self.dispersion[channel];
+            let weights: Vec<f64> = residuals.iter().map(|e| weight(*e) * factor).collect();
+            for i in 0..n {
+                let a = &columns[i].channels[channel];
+                if a.is_empty() {
+                    continue;
+                }
+                let weighted: Vec<f64> = a.iter().zip(&weights).map(|(a, w)| a * w).collect();
+                gradient[i] += weighted.iter().zip(residuals).map(|(a, e)| a * e).sum::<f64>();
+                for j in 0..=i {
+                    let b = &columns[j].channels[channel];
+                    if !b.is_empty() {
+                        matrix[(i, j)] += weighted.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+                    }
+                }
+            }
+        }
+        for i in 0..n {
+            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
+                let scaled = hypothesis.parameters[i].scale / tolerance;
+                matrix[(i, i)] += scaled * scaled;
+                gradient[i] += (values[i] - hypothesis.parameters[i].neutral) / tolerance * scaled;
+            }
+            for j in 0..i {
+                matrix[(j, i)] = matrix[(i, j)];
+            }
+        }
+        (matrix, gradient)
+    }
+
+    /// Fits all parameters of a hypothesis from its values.
+    pub(crate) fn fit(&self, mut hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
+        let mut values = hypothesis.values.clone();
+        let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
+        let touched = hypothesis.parameters.iter().fold(0, |all, p| all | p.channels);
+        let mut cost = self.total(&residuals, &hypothesis, &values);
+        let mut damping = 1.0e-3;
+        'iterations: for _ in 0..iterations {
+            if hypothesis.parameters.is_empty() {
+                break;
+            }
+            let columns: Vec<Residuals> =
+                (0..values.len()).map(|index| self.column(&hypothesis, &values, &residuals, index, 0.02).0).collect();
+            let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &columns);
+            for _ in 0..6 {
+                let Some(step) = solve(&matrix, &gradient, damping) else { break 'iterations };
+                let trial = limited(&hypothesis.parameters, &values, &step);
+                let evaluated = self.evaluate(&hypothesis, &trial, touched).map(|mut new| {
+                    for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
+                        if new.is_empty() {
+                            new.clone_from(old);
+                        }
+                    }
+                    new
+                });
+                let new = evaluated.as_ref().map(|r| self.total(r, &hypothesis, &trial));
+                if let (Some(new_residuals), Some(new_cost)) = (evaluated, new)
+                    && new_cost < cost
+                {
+                    let gained = cost - new_cost;
+                    (values, residuals, cost) = (trial, new_residuals, new_cost);
+                    damping = (damping * 0.2).max(1.0e-6);
+                    if gained < 0.02 + 1.0e-6 * cost {
+                        break 'iterations;
+                    }
+                    continue 'iterations;
+                }
+                damping *= 8.0;
+            }
+            break;
+        }
+        hypothesis.values = values;
+        Some(self.finish(hypothesis, &residuals))
+    }
+
+    fn finish(&self, hypothesis: Hypothesis, residuals: &Residuals) -> Fit {
+        let prior_cost = prior(&hypothesis, &hypothesis.values);
+        Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
+    }
+
+    /// Adds standard errors to a fit: the inverse normal matrix with the errors' own correlation in time.
+    pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
+        let hypothesis = &fit.hypothesis;
+        let values = hypothesis.values.clone();
+        let Some(residuals) = self.evaluate(hypothesis, &values, self.judgeable) else { return fit };
+        let columns: Vec<Residuals> =
+            (0..values.len()).map(|index| self.column(hypothesis, &values, &residuals, index, 0.02).0).collect();
+        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &columns);
+        let n = columns.len();
+        // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
+        let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;
+        let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
+        let mut meat = DMatrix::<f64>::zeros(n, n);
+        for block in 0..length.div_ceil(per_block.max(1)) {
+            let mut score = DVector::<f64>::zeros(n);
+            for channel in 0..4 {
+                let e = &residuals.channels[channel];
+                let range = block * per_block..((block + 1) * per_block).min(e.len());
+                for (i, column) in columns.iter().enumerate() {
+                    let a = &column.channels[channel];
+                    if a.is_empty() || range.start >= range.end {
+                        continue;
+                    }
+                    let sum: f64 = range.clone().map(|k| a[k] * weight(e[k]) * e[k]).sum();
+                    score[i] += sum / self.dispersion[channel];
+                }
+            }
+            meat += &score * score.transpose();
+        }
+        for i in 0..n {
+            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
+                meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
+            }
+        }
+        if let Some(inverse) = regularised(&matrix, 1.0e-12).try_inverse() {
+            let mut covariance = &inverse * meat * &inverse;
+            for i in 0..n {
+                // Never below what white noise alone would give.
+                covariance[(i, i)] = covariance[(i, i)].max(inverse[(i, i)]);
+            }
+            for i in 0..n {
+                for j in 0..n {
+                    covariance[(i, j)] *= hypothesis.parameters[i].scale * hypothesis.parameters[j].scale;
+                }
+            }
+            fit.covariance = Some(covariance);
+        }
+        fit
+    }
+
+    /// What adding each of some candidate effects would gain: exact at its starting values, to first order from there.
+    pub(crate) fn scores(&self, fit: &Fit, candidates: &[(Effect, Vec<f64>)]) -> Vec<f64> {
+        use rayon::prelude::*;
+        let values = &fit.hypothesis.values;
+        let Some(base) = self.evaluate(&fit.hypothesis, values, self.judgeable) else {
+            return vec![0.0; candidates.len()];
+        };
+        let own: Vec<Residuals> = (0..values.len())
+            .into_par_iter()
+            .map(|index| self.column(&fit.hypothesis, values, &base, index, 0.02).0)
+            .collect();
+        candidates
+            .par_iter()
+            .map(|(effect, start)| {
+                let parameters = self.parameters(*effect);
+                let neutral = parameters.iter().zip(start).all(|(p, v)| p.neutral == *v || *v == 0.0);
+                let touched = parameters.iter().fold(0, |all, p| all | p.channels);
+                let extended = fit.hypothesis.with(*effect, parameters, start);
+                let mut at_start = base.clone();
+                if !neutral {
+                    let Some(moved) = self.evaluate(&extended, &extended.values, touched) else { return 0.0 };
+                    for (to, from) in at_start.channels.iter_mut().zip(moved.channels) {
+                        if !from.is_empty() {
+                            *to = from;
+                        }
+                    }
+                }
+                let mut columns = own.clone();
+                for index in values.len()..extended.parameters.len() {
+                    columns.push(self.column(&extended, &extended.values, &at_start, index, 0.2).0);
+                }
+                let gain = |residuals: &Residuals, n: usize| {
+                    let (matrix, gradient) = self.normal(&extended, &extended.values, residuals, &columns[..n]);
+                    let matrix = regularised(&matrix, 1.0e-9);
+                    matrix.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)))
+                };
+                let started =
+                    self.total(&base, &extended, &extended.values) - self.total(&at_start, &extended, &extended.values);
+                (started + gain(&at_start, columns.len()) - gain(&base, own.len())).max(0.0)
+            })
+            .collect()
+    }
+
+    /// Whether an effect of plainly visible size would change the predictions by more than it must gain to be named.
+    pub(crate) fn responds(&self, fit: &Fit, effect: Effect) -> bool {
+        let parameters = self.parameters(effect);
+        let mut start: Vec<f64> = parameters.iter().map(|p| p.neutral + p.scale).collect();
+        match effect {
+            Effect::ChokedFlow => start = vec![0.3, 1.0],
+            Effect::SupplyDroop => start[1] = 0.1,
+            Effect::FrictionPosition => start = vec![parameters[0].scale, 0.0, 0.0],
+            _ => {}
+        }
+        if fit.hypothesis.effects.contains(&effect) {
+            return true;
+        }
+        let channels = parameters.iter().fold(0, |all, p| all | p.channels);
+        let extended = fit.hypothesis.with(effect, parameters, &start);
+        let base = self.evaluate(&fit.hypothesis, &fit.hypothesis.values, channels);
+        let moved = self.evaluate(&extended, &extended.values, channels);
+        let (Some(base), Some(moved)) = (base, moved) else { return false };
+        let pairs = base.channels.iter().zip(&moved.channels).zip(self.dispersion);
+        let change: f64 = pairs.map(|((a, b), d)| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / d).sum();
+        0.5 * change > RESPONDS
+    }
+
+    /// Innovations at a fit, for diagnostics and pictures.
+    pub(crate) fn innovations(&self, fit: &Fit) -> Option<Innovations> {
+        let plant = fit.hypothesis.plant(self.rig, &fit.hypothesis.values)?;
+        Some(balance::innovations(self.record, &plant, &self.stretches, self.judgeable))
+    }
+
+    /// The channels' dispersion at a fit: variance of bundled innovations including their correlation over a block.
+    pub(crate) fn dispersion_at(&self, fit: &Fit) -> [f64; 4] {
+        let mut out = [1.0; 4];
+        let Some(innovations) = self.innovations(fit) else { return out };
+        for channel in Channel::ALL {
+            let e: Vec<f64> = innovations.channels[channel as usize].iter().copied().filter(|e| !e.is_nan()).collect();
+            if e.len() > 100 {
+                out[channel as usize] = dispersion(&e);
+            }
+        }
+        out
+    }
+}
+
+/// Long-run variance of a series that should be white with unit variance: that of means over some 50 samples, robustly.
+fn dispersion(e: &[f64]) -> f64 {
+    const SPAN: usize = 50;
+    let root = (SPAN as f64).sqrt();
+    let mut sums: Vec<f64> = e.chunks_exact(SPAN).map(|chunk| (chunk.iter().sum::<f64>() / root).abs()).collect();
+    if sums.is_empty() {
+        return 1.0;
+    }
+    let middle = sums.len() / 2;
+    let median = *sums.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (median / 0.6745).powi(2).max(1.0)
+}
+
+fn prior(hypothesis: &Hypothesis, values: &[f64]) -> f64 {
+    hypothesis
+        .parameters
+        .iter()
+        .zip(values)
+        .filter_map(|(p, v)| p.tolerance.map(|tolerance| 0.5 * ((v - p.neutral) / tolerance).powi(2)))
+        .sum()
+}
+
+fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
+    let mut out = matrix.clone();
+    let largest = (0..out.nrows()).map(|i| out[(i, i)]).fold(0.0, f64::max);
+    for i in 0..out.nrows() {
+        out[(i, i)] += relative * largest.max(1.0e-30);
+    }
+    out
+}
+
+fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+    let mut damped = matrix.clone();
+    for i in 0..damped.nrows() {
+        damped[(i, i)] += damping * matrix[(i, i)] + 1.0e-9;
+    }
+    damped.cholesky().map(|c| -c.solve(gradient))
+}
+
+/// The values after a step given in scales, kept within bounds.
+fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec<f64> {
+    parameters
+        .iter()
+        .zip(values)
+        .enumerate()
+        .map(|(i, (p, v))| (v + step[i].clamp(-8.0, 8.0) * p.scale).clamp(p.min, p.max))
+        .collect()
+}

@@ -1,0 +1,254 @@
+//! A hypothesis: a set of effects on top of nominal values that are known within their tolerance.
+
+use crate::balance::{Channel, Channels};
+use plant_model::{Effect, Effects, Plant};
+use rig_files::{RIG_KEYS, RigFile, RigKey};
+
+/// What one number of the parameter vector stands for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Slot {
+    /// A nominal value of the rig, corrected within its tolerance.
+    Nominal(&'static RigKey),
+    /// A parameter of an effect.
+    Effect(Effect, usize),
+}
+
+/// One fitted parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parameter {
+    pub(crate) slot: Slot,
+    /// Value at which it has no influence.
+    pub(crate) neutral: f64,
+    /// A plainly visible change: the unit of search steps.
+    pub(crate) scale: f64,
+    /// A deviation below this is no cause, however sure it is.
+    pub(crate) negligible: f64,
+    /// Standard error of the nominal value, for nominal values only.
+    pub(crate) tolerance: Option<f64>,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    /// Channels it acts on.
+    pub(crate) channels: Channels,
+}
+
+const A: Channels = Channel::PressureA.bit();
+const B: Channels = Channel::PressureB.bit();
+const Y: Channels = Channel::Position.bit();
+const S: Channels = Channel::Supply.bit();
+
+/// The channels an effect acts on, in the single-balance predictions.
+pub(crate) fn channels(effect: Effect) -> Channels {
+    match effect {
+        Effect::ValveDeadZone
+        | Effect::ValveLag
+        | Effect::ValveHysteresis
+        | Effect::FillCoefficient
+        | Effect::ExhaustCoefficient
+        | Effect::ChokedFlow
+        | Effect::LeakCrossPiston
+        | Effect::LineDelay
+        | Effect::DeadVolume
+        | Effect::HeatTransfer => A | B,
+        Effect::SupplyDroop => A | B | S,
+        Effect::LeakChamberA => A,
+        Effect::LeakChamberB => B,
+        Effect::PayloadMass
+        | Effect::ConstantForce
+        | Effect::CoulombFriction
+        | Effect::ViscousFriction
+        | Effect::StaticFriction
+        | Effect::FrictionAsymmetry
+        | Effect::FrictionPosition
+        | Effect::FrictionPressure => Y,
+        Effect::PositionScale | Effect::PressureLag | Effect::PositionDelay => A | B | Y,
+        Effect::PressureAOffset => A | Y,
+        Effect::PressureBOffset => B | Y,
+    }
+}
+
+/// The nominal values that are corrected within their tolerance, with the channels they act on.
+///
+/// Constants of nature and geometry (gas, atmosphere, area, stroke) count as exact unless the rig file gives them a
+/// tolerance of their own: they are known far better than the default, and each is degenerate with others here.
+const CORRECTED: [(&str, Channels); 8] = [
+    ("valve.fill_coefficient_kg_per_s_pa", A | B),
+    ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
+    ("cylinder.volume_a0_m3", A),
+    ("cylinder.volume_b0_m3", B),
+    ("load.mass_kg", Y),
+    ("friction.coulomb_n", Y),
+    ("friction.static_n", Y),
+    ("friction.viscous_n_s_per_m", Y),
+];
+const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
+    ("gas.temperature_k", A | B),
+    ("gas.heat_capacity_ratio", A | B),
+    ("supply.pressure_pa", A | B | S),
+    ("cylinder.area_m2", A | B | Y),
+    ("friction.stribeck_velocity_m_per_s", Y),
+];
+
+/// The nominal values to correct on this rig.
+pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
+    let mut out = Vec::new();
+    for key in RIG_KEYS {
+        let default = CORRECTED.iter().find(|(path, _)| *path == key.path);
+        let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
+        let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
+            (Some((_, channels)), _, own) => (*channels, own.unwrap_or(rig.tolerance.default)),
+            (None, Some((_, channels)), Some(own)) => (*channels, own),
+            _ => continue,
+        };
+        // With a measured supply the nominal supply pressure only predicts that channel.
+        let channels = if key.path == "supply.pressure_pa" && supply_measured { S } else { channels };
+        let nominal = key.get(&rig.rig);
+        let tolerance = relative * nominal.abs();
+        if tolerance > 0.0 && channels & judgeable != 0 {
+            out.push(Parameter {
+                slot: Slot::Nominal(key),
+                neutral: nominal,
+                scale: tolerance.max(1.0e-4 * nominal.abs()),
+                negligible: 0.0,
+                tolerance: Some(tolerance),
+                min: 0.3 * nominal,
+                max: 3.0 * nominal,
+                channels: channels & judgeable,
+            });
+        }
+    }
+    out
+}
+
+/// An effect whose parameters all lie within this part of a plainly visible change is no cause.
+const NEGLIGIBLE: f64 = 0.04;
+
+/// The parameters of an effect on this rig, for a log with this sampling interval.
+pub(crate) fn effect_parameters(rig: &RigFile, effect: Effect, judgeable: Channels, interval_s: f64) -> Vec<Parameter> {
+    // A rig file may state an effect already; then that is where the hypothesis starts.
+    let mut neutral = effect.neutral(&rig.rig);
+    for (to, from) in neutral.iter_mut().zip(rig.effects.get(effect).unwrap_or_default()) {
+        *to = *from;
+    }
+    let info = effect.info();
+    info.parameters
+        .iter()
+        .enumerate()
+        .map(|(index, parameter)| {
+            let at = neutral[index];
+            // Typical values belong to a rig like the paper's; what scales with the rig is taken relative to it.
+            let scale = match effect {
+                Effect::PayloadMass | Effect::ViscousFriction | Effect::StaticFriction => 0.3 * at,
+                Effect::ConstantForce => 0.3 * rig.rig.friction.coulomb_n,
+                Effect::DeadVolume => 0.2 * rig.rig.cylinder.volume_a0_m3,
+                Effect::FrictionPosition if index == 2 => 0.02 * at.max(0.005),
+                Effect::FrictionPressure => 0.3 * rig.rig.friction.coulomb_n / 5.0e5,
+                Effect::LeakChamberA | Effect::LeakChamberB | Effect::LeakCrossPiston => {
+                    0.03 * rig.rig.valve.fill_coefficient_kg_per_s_pa
+                }
+                Effect::SupplyDroop if index == 1 => 0.05,
+                Effect::SupplyDroop => 0.02 / rig.rig.valve.fill_coefficient_kg_per_s_pa,
+                _ => (parameter.typical - at).abs().max(1.0e-3 * parameter.typical.abs()).max(1.0e-12),
+            };
+            Parameter {
+                slot: Slot::Effect(effect, index),
+                neutral: at,
+                scale,
+                negligible: match effect {
+                    // A choked valve is another law, not more or less of the nominal one.
+                    Effect::ChokedFlow => 0.0,
+                    // Within a sampling interval, delays and lags are a matter of how the logger takes its samples.
+                    _ if parameter.name.ends_with("_s") && effect != Effect::SupplyDroop => {
+                        interval_s.max(NEGLIGIBLE * scale)
+                    }
+                    _ => NEGLIGIBLE * scale,
+                },
+                tolerance: None,
+                min: parameter.min,
+                max: parameter.max,
+                channels: channels(effect) & judgeable,
+            }
+        })
+        .collect()
+}
+
+/// The parameter vector of a set of effects with its values.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hypothesis {
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) values: Vec<f64>,
+}
+
+impl Hypothesis {
+    /// No effects: nominal values only.
+    pub(crate) fn null(nominal: &[Parameter]) -> Self {
+        Self { effects: Vec::new(), parameters: nominal.to_vec(), values: nominal.iter().map(|p| p.neutral).collect() }
+    }
+
+    /// The same with one more effect at the given values.
+    pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
+        let mut out = self.clone();
+        out.effects.push(effect);
+        out.parameters.extend(parameters);
+        out.values.extend(start);
+        out
+    }
+
+    /// The same without one effect.
+    pub(crate) fn without(&self, effect: Effect) -> Self {
+        let mut out =
+            Self { effects: self.effects.iter().copied().filter(|e| *e != effect).collect(), ..Self::default() };
+        for (parameter, value) in self.parameters.iter().zip(&self.values) {
+            if !matches!(parameter.slot, Slot::Effect(e, _) if e == effect) {
+                out.parameters.push(*parameter);
+                out.values.push(*value);
+            }
+        }
+        out
+    }
+
+    /// Values of one effect.
+    pub(crate) fn values_of(&self, effect: Effect) -> Vec<f64> {
+        self.parameters
+            .iter()
+            .zip(&self.values)
+            .filter(|(p, _)| matches!(p.slot, Slot::Effect(e, _) if e == effect))
+            .map(|(_, v)| *v)
+            .collect()
+    }
+
+    /// The rig file the parameter vector describes: nominal values corrected, effects added to those it had.
+    pub(crate) fn rig(&self, base: &RigFile, values: &[f64]) -> RigFile {
+        let mut out = base.clone();
+        let mut slots: Vec<(Effect, [f64; 4])> = Vec::new();
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            match parameter.slot {
+                Slot::Nominal(key) => key.set(&mut out.rig, *value),
+                Slot::Effect(effect, index) => match slots.iter_mut().find(|(e, _)| *e == effect) {
+                    Some((_, slot)) => slot[index] = *value,
+                    None => {
+                        let mut slot = [0.0; 4];
+                        slot[index] = *value;
+                        slots.push((effect, slot));
+                    }
+                },
+            }
+        }
+        // Two nominal values that are corrected separately must stay in order.
+        let friction = &mut out.rig.friction;
+        friction.static_n = friction.static_n.max(friction.coulomb_n);
+        friction.breakaway_m = friction.breakaway_m.min(0.95 * friction.coulomb_n / friction.stiffness_n_per_m);
+        let mut effects: Effects<f64> = out.effects;
+        for (effect, slot) in &slots {
+            effects.set(*effect, &slot[..effect.parameter_count()]);
+        }
+        out.effects = effects;
+        out
+    }
+
+    /// The model of the parameter vector; `None` where its values contradict each other.
+    pub(crate) fn plant(&self, base: &RigFile, values: &[f64]) -> Option<Plant<f64>> {
+        let rig = self.rig(base, values);
+        Plant::new(&rig.rig, &rig.effects).ok()
+    }
+}

@@ -1,0 +1,88 @@
+//! What the log itself says of its sensors: noise, quantisation, sampling.
+
+use serde::Serialize;
+
+/// Noise and resolution of one channel.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct ChannelNoise {
+    /// Standard deviation of what changes from sample to sample, in the channel's unit; quantisation included.
+    pub standard_deviation: f64,
+    /// Smallest step between different values, in the channel's unit; 0 where no step repeats.
+    pub resolution: f64,
+}
+
+/// Third differences remove every motion a sensor can follow and keep white noise, 20-fold in variance.
+const THIRD_DIFFERENCE_GAIN: f64 = 20.0;
+/// The part of the differences that is kept: jumps of the signal itself are few and large.
+const KEPT: f64 = 0.95;
+/// Variance of a normal variable without the 5 % of largest magnitude.
+const KEPT_VARIANCE: f64 = 0.7587;
+
+/// Estimates noise and resolution from evenly sampled stretches of a signal.
+pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> ChannelNoise {
+    let mut differences = Vec::new();
+    let mut steps = Vec::new();
+    for x in stretches {
+        differences.extend(x.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()));
+        steps.extend(x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0));
+    }
+    if differences.is_empty() {
+        return ChannelNoise::default();
+    }
+    let resolution = resolution(&mut steps);
+    let kept = ((differences.len() as f64) * KEPT).ceil() as usize;
+    let kept = kept.clamp(1, differences.len());
+    differences.select_nth_unstable_by(kept - 1, f64::total_cmp);
+    let mean_square = differences[..kept].iter().map(|d| d * d).sum::<f64>() / kept as f64;
+    let spread = (mean_square / KEPT_VARIANCE / THIRD_DIFFERENCE_GAIN).sqrt();
+    // A signal that rests on one code shows no differences; its error is still that of the code.
+    ChannelNoise { standard_deviation: spread.max(resolution / 12.0_f64.sqrt()), resolution }
+}
+
+/// The smallest step, if many steps are close to whole multiples of it.
+fn resolution(steps: &mut [f64]) -> f64 {
+    if steps.len() < 20 {
+        return 0.0;
+    }
+    steps.sort_unstable_by(f64::total_cmp);
+    let smallest = steps[steps.len() / 100];
+    let whole = |step: &&f64| {
+        let multiple = **step / smallest;
+        (multiple - multiple.round()).abs() < 0.02
+    };
+    let low = &steps[..steps.len() / 2];
+    if low.iter().filter(whole).count() * 10 >= low.len() * 9 { smallest } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pseudo_normal(k: usize) -> f64 {
+        // Sum of twelve uniform deviates of a linear congruential generator.
+        let mut x = (k as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            x ^= x << 13;
+            x ^= x >> 7;
+            x ^= x << 17;
+            sum += x as f64 / u64::MAX as f64;
+        }
+        sum
+    }
+
+    #[test]
+    fn noise_is_found_on_a_moving_signal() {
+        let x: Vec<f64> = (0..20_000).map(|k| (0.002 * k as f64).sin() + 1.0e-3 * pseudo_normal(k)).collect();
+        let noise = estimate(std::iter::once(&x[..]));
+        assert!((noise.standard_deviation / 1.0e-3 - 1.0).abs() < 0.05, "{noise:?}");
+        assert_eq!(noise.resolution, 0.0);
+    }
+
+    #[test]
+    fn resolution_is_found_on_a_coarse_converter() {
+        let x: Vec<f64> = (0..20_000).map(|k| ((0.002 * k as f64).sin() / 0.01).round() * 0.01).collect();
+        let noise = estimate(std::iter::once(&x[..]));
+        assert!((noise.resolution - 0.01).abs() < 1.0e-9, "{noise:?}");
+    }
+}

@@ -1,0 +1,100 @@
+//! What a diagnosis says: the content of `diagnosis.json`.
+
+use serde::Serialize;
+
+/// The sentence everything else supports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The nominal model predicts the log as well as its noise allows.
+    NoGap,
+    /// Named causes close the gap.
+    Explained,
+    /// Named causes close a part of the gap; a significant rest remains.
+    PartlyExplained,
+    /// A gap is there, and no known effect closes it.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The word in `diagnosis.json`.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::NoGap => "no-gap",
+            Self::Explained => "explained",
+            Self::PartlyExplained => "partly-explained",
+            Self::Unexplained => "unexplained",
+        }
+    }
+}
+
+/// A fitted value with its standard error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Parameter key, unit included.
+    pub name: String,
+    /// Fitted value, SI.
+    pub value: f64,
+    /// Standard error of the value, SI.
+    pub std_error: f64,
+}
+
+/// A named cause of the gap.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    /// Identifier of the effect catalogue.
+    pub id: String,
+    /// Its parameters.
+    pub parameters: Vec<Estimate>,
+    /// Identifiers this log cannot tell from the cause.
+    pub ties: Vec<String>,
+    /// One sentence a technician understands.
+    pub evidence: String,
+    /// Share of the explained gap that returns when this cause alone is taken out, 0 to 1.
+    pub share: f64,
+}
+
+/// A nominal value corrected within its stated tolerance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Calibration {
+    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`.
+    pub name: String,
+    /// Value of the rig file.
+    pub nominal: f64,
+    /// Corrected value.
+    pub value: f64,
+    /// Standard error of the corrected value.
+    pub std_error: f64,
+}
+
+/// One figure per predicted channel; `null` where the channel was not measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PerChannel {
+    /// Position, m.
+    pub y_m: Option<f64>,
+    /// Pressure of A, Pa.
+    pub p_a_pa: Option<f64>,
+    /// Pressure of B, Pa.
+    pub p_b_pa: Option<f64>,
+}
+
+/// Prediction errors on the part of the log held back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct HoldOut {
+    /// Nominal rig.
+    pub baseline_rmse: PerChannel,
+    /// Extended rig.
+    pub extended_rmse: PerChannel,
+    /// What a perfect model would show, given the sensors' noise.
+    pub noise_floor: PerChannel,
+}
+
+/// The gain of the extended model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Gain {
+    /// On held-back data.
+    pub holdout: HoldOut,
+    /// Prediction horizon, s.
+    pub horizon_s: f64,
+}

@@ -1,0 +1,274 @@
+//! The log made ready: usable samples, uninterrupted stretches, the part held back, noise levels, smoothed signals.
+
+use crate::noise::{self, ChannelNoise};
+use crate::smooth::{Smoothed, parabola};
+use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
+use rig_files::{Log, RigFile};
+use serde::Serialize;
+
+/// Samples on either side when smoothing position for chamber volumes.
+const VOLUME_REACH: usize = 7;
+/// Samples on either side when smoothing position for velocity.
+const VELOCITY_REACH: usize = 15;
+/// Samples on either side when smoothing pressures for forces.
+const PRESSURE_REACH: usize = 8;
+/// Samples on either side when taking the slope of pressures: differentiation needs more smoothing.
+const PRESSURE_SLOPE_REACH: usize = 20;
+/// A step of time this many times the usual one interrupts the log.
+const INTERRUPTION: f64 = 2.5;
+/// The log is cut into about this many chunks; every `HELD_BACK_EVERY`-th is held back.
+const CHUNKS: usize = 16;
+const HELD_BACK_EVERY: usize = 4;
+/// Smoothed position errors are alike over about this many samples, which a fit bundles into one.
+const SAMPLES_ALIKE: f64 = 4.0;
+/// After leaving an end stop the force balance needs this long to settle, s.
+const END_LASTING_S: f64 = 0.1;
+/// Stretches shorter than this say nothing, s.
+const SHORTEST_STRETCH_S: f64 = 0.3;
+
+/// Consecutive samples without interruption, all for fitting or all held back.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch {
+    pub(crate) start: usize,
+    pub(crate) end: usize,
+    pub(crate) held_back: bool,
+}
+
+impl Stretch {
+    pub(crate) fn range(&self) -> core::ops::Range<usize> {
+        self.start..self.end
+    }
+}
+
+/// What was measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Available {
+    /// The valve command.
+    pub command: bool,
+    /// Pressure of chamber A.
+    pub pressure_a: bool,
+    /// Pressure of chamber B.
+    pub pressure_b: bool,
+    /// Supply pressure.
+    pub supply: bool,
+    /// External force.
+    pub force: bool,
+}
+
+/// Sampling and noise, as found in the log.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Quality {
+    /// Number of usable samples.
+    pub samples: usize,
+    /// Rows left out because a measured column was blank.
+    pub blank_rows: usize,
+    /// Interruptions (missing rows), not bridged.
+    pub interruptions: usize,
+    /// Usual sampling interval, s.
+    pub interval_s: f64,
+    /// Standard deviation of the sampling interval relative to the usual one.
+    pub jitter: f64,
+    /// Position noise, m.
+    pub position: ChannelNoise,
+    /// Pressure noise of A, Pa.
+    pub pressure_a: ChannelNoise,
+    /// Pressure noise of B, Pa.
+    pub pressure_b: ChannelNoise,
+    /// Supply pressure noise, Pa.
+    pub supply: ChannelNoise,
+}
+
+/// The prepared log. All arrays have one entry per usable sample; channels not measured are empty.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Record {
+    pub(crate) t_s: Vec<f64>,
+    pub(crate) u_v: Vec<f64>,
+    pub(crate) y_m: Vec<f64>,
+    pub(crate) p_a_pa: Vec<f64>,
+    pub(crate) p_b_pa: Vec<f64>,
+    pub(crate) f_ext_n: Vec<f64>,
+    /// Position for volumes.
+    pub(crate) y_smooth: Smoothed,
+    /// Position for velocity: more smoothing.
+    pub(crate) motion: Smoothed,
+    pub(crate) p_a_smooth: Smoothed,
+    pub(crate) p_b_smooth: Smoothed,
+    /// Whether the piston may touch an end stop, or the sensor its limit: there the force balance is open.
+    pub(crate) at_end: Vec<bool>,
+    /// One over the standard deviation of what a perfect prediction of p_a would miss, 1/Pa.
+    pub(crate) weight_a_per_pa: Vec<f64>,
+    /// The same for p_b.
+    pub(crate) weight_b_per_pa: Vec<f64>,
+    pub(crate) p_sup_pa: Vec<f64>,
+    pub(crate) p_sup_smooth: Smoothed,
+    pub(crate) stretches: Vec<Stretch>,
+    pub(crate) available: Available,
+    pub(crate) quality: Quality,
+}
+
+impl Record {
+    pub(crate) fn new(log: &Log, rig: &RigFile) -> Self {
+        let columns = [&log.u_v, &log.p_a_pa, &log.p_b_pa, &log.p_sup_pa, &log.f_ext_n];
+        let usable: Vec<usize> = (0..log.t_s.len())
+            .filter(|&k| {
+                log.y_m[k].is_finite() && columns.iter().all(|c| c.as_ref().is_none_or(|values| values[k].is_finite()))
+            })
+            .collect();
+        let pick = |values: &[f64]| -> Vec<f64> { usable.iter().map(|&k| values[k]).collect() };
+        let pick_optional = |values: &Option<Vec<f64>>| values.as_ref().map(|v| pick(v)).unwrap_or_default();
+        let mut record = Self {
+            t_s: pick(&log.t_s),
+            y_m: pick(&log.y_m),
+            u_v: pick_optional(&log.u_v),
+            p_a_pa: pick_optional(&log.p_a_pa),
+            p_b_pa: pick_optional(&log.p_b_pa),
+            p_sup_pa: pick_optional(&log.p_sup_pa),
+            f_ext_n: pick_optional(&log.f_ext_n),
+            available: Available {
+                command: log.u_v.is_some(),
+                pressure_a: log.p_a_pa.is_some(),
+                pressure_b: log.p_b_pa.is_some(),
+                supply: log.p_sup_pa.is_some(),
+                force: log.f_ext_n.is_some(),
+            },
+            ..Self::default()
+        };
+        record.quality.samples = record.t_s.len();
+        record.quality.blank_rows = log.t_s.len() - usable.len();
+        record.divide();
+        record.estimate_noise();
+        record.smooth();
+        record.weigh(&rig.rig);
+        record.mark_ends(rig);
+        record
+    }
+
+    /// Number of usable samples.
+    pub(crate) fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// Time to the next sample, s; the usual interval behind the last one.
+    pub(crate) fn interval_s(&self, k: usize) -> f64 {
+        if k + 1 < self.len() { self.t_s[k + 1] - self.t_s[k] } else { self.quality.interval_s }
+    }
+
+    fn divide(&mut self) {
+        let mut intervals: Vec<f64> = self.t_s.windows(2).map(|w| w[1] - w[0]).collect();
+        if intervals.is_empty() {
+            return;
+        }
+        let middle = intervals.len() / 2;
+        let usual = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
+        self.quality.interval_s = usual;
+        let regular: Vec<f64> = intervals.into_iter().filter(|dt| *dt < INTERRUPTION * usual).collect();
+        if !regular.is_empty() {
+            let square = regular.iter().map(|dt| (dt / usual - 1.0).powi(2)).sum::<f64>() / regular.len() as f64;
+            self.quality.jitter = square.sqrt();
+        }
+
+        let chunk = self.len().div_ceil(CHUNKS).max(1);
+        let shortest = (SHORTEST_STRETCH_S / usual).ceil() as usize;
+        let mut start = 0;
+        for k in 1..=self.len() {
+            let interrupted = k < self.len() && self.t_s[k] - self.t_s[k - 1] > INTERRUPTION * usual;
+            self.quality.interruptions += usize::from(interrupted);
+            let boundary = k == self.len() || k % chunk == 0;
+            // Chunks of the same use stay together; so do a chunk and a remainder too short to stand alone.
+            let held_back = |k: usize| (k / chunk) % HELD_BACK_EVERY == HELD_BACK_EVERY - 1;
+            let changes = boundary && (k == self.len() || held_back(k) != held_back(k - 1));
+            if interrupted || changes {
+                if k - start >= shortest.max(8) {
+                    self.stretches.push(Stretch { start, end: k, held_back: held_back(k - 1) });
+                }
+                start = k;
+            }
+        }
+    }
+
+    fn estimate_noise(&mut self) {
+        let noise = |signal: &[f64]| {
+            if signal.is_empty() {
+                return ChannelNoise::default();
+            }
+            noise::estimate(self.stretches.iter().map(|s| &signal[s.range()]))
+        };
+        let (position, pressure_a) = (noise(&self.y_m), noise(&self.p_a_pa));
+        let (pressure_b, supply) = (noise(&self.p_b_pa), noise(&self.p_sup_pa));
+        let quality = &mut self.quality;
+        (quality.position, quality.pressure_a, quality.pressure_b, quality.supply) =
+            (position, pressure_a, pressure_b, supply);
+    }
+
+    fn smooth(&mut self) {
+        // Smoothing never reaches across an interruption or into the part held back.
+        let pieces = self.pieces();
+        let smooth = |signal: &[f64], reach: usize| {
+            let mut out = Smoothed::default();
+            if !signal.is_empty() {
+                for piece in &pieces {
+                    parabola(&self.t_s[piece.clone()], &signal[piece.clone()], reach, &mut out);
+                }
+            }
+            out
+        };
+        let (y_smooth, motion) = (smooth(&self.y_m, VOLUME_REACH), smooth(&self.y_m, VELOCITY_REACH));
+        let (p_a, p_b) = (smooth(&self.p_a_pa, PRESSURE_REACH), smooth(&self.p_b_pa, PRESSURE_REACH));
+        let with_slope = |mut value: Smoothed, signal: &[f64]| {
+            value.slope = smooth(signal, PRESSURE_SLOPE_REACH).slope;
+            value
+        };
+        let (p_a, p_b) = (with_slope(p_a, &self.p_a_pa), with_slope(p_b, &self.p_b_pa));
+        let p_sup = smooth(&self.p_sup_pa, VOLUME_REACH);
+        (self.y_smooth, self.motion, self.p_a_smooth, self.p_b_smooth, self.p_sup_smooth) =
+            (y_smooth, motion, p_a, p_b, p_sup);
+    }
+
+    /// Marks samples at the end stops or at the limits of the position converter, and what follows shortly after.
+    fn mark_ends(&mut self, rig: &RigFile) {
+        let half = 0.5 * rig.rig.cylinder.stroke_m;
+        let [low, high] = rig.io.position_range_m;
+        let margin = 5.0 * self.quality.position.standard_deviation;
+        let (low, high) = (low.max(-half) + margin, high.min(half) - margin);
+        let lasting = (END_LASTING_S / self.quality.interval_s.max(1.0e-6)).ceil() as usize;
+        let at_end: Vec<usize> = (0..self.len()).filter(|&k| self.y_m[k] <= low || self.y_m[k] >= high).collect();
+        self.at_end = vec![false; self.len()];
+        // A log of positions that never come near the middle has another zero than the rig file; then no end is known.
+        if at_end.len() * 2 > self.len() {
+            return;
+        }
+        for k in at_end {
+            let until = (k + lasting).min(self.at_end.len());
+            self.at_end[k.saturating_sub(lasting / 4)..until].fill(true);
+        }
+    }
+
+    /// Position noise changes the computed volumes: near the end of a stroke that is more than the pressure noise.
+    fn weigh(&mut self, rig: &Rig<f64>) {
+        let c = &rig.cylinder;
+        let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * c.stroke_m;
+        // Variance of a parabola's value at its middle; what is left is alike over a bundle of samples.
+        let left = 2.25 / (2 * VOLUME_REACH + 1) as f64 * SAMPLES_ALIKE;
+        let position = self.quality.position.standard_deviation * left.sqrt();
+        let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64| -> Vec<f64> {
+            let volume = |y: f64| (volume_0 + area * y).max(smallest);
+            let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * c.area_m2 / volume(y) * position;
+            let pairs = self.y_smooth.value.iter().zip(pressures);
+            pairs.map(|(y, p)| 1.0 / noise.max(1.0).hypot(by_volume(*y, *p))).collect()
+        };
+        let quality = &self.quality;
+        let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
+        let weight_a = weights(&self.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2);
+        let weight_b = weights(&self.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2);
+        (self.weight_a_per_pa, self.weight_b_per_pa) = (weight_a, weight_b);
+    }
+
+    /// All samples, cut where a stretch starts or ends.
+    fn pieces(&self) -> Vec<core::ops::Range<usize>> {
+        let mut cuts: Vec<usize> = self.stretches.iter().flat_map(|s| [s.start, s.end]).collect();
+        cuts.extend([0, self.len()]);
+        cuts.sort_unstable();
+        cuts.dedup();
+        cuts.windows(2).map(|w| w[0]..w[1]).collect()
+    }
+}

@@ -1,0 +1,286 @@
+//! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
+
+use crate::balance::Channel;
+use crate::fit::{BUNDLE, Fit, Problem};
+use crate::hypothesis::{self, Hypothesis, Slot};
+use crate::ripple;
+use plant_model::Effect;
+use rayon::prelude::*;
+
+/// A cause must lower the cost (minus log-likelihood) by at least this much, plus [`PER_PARAMETER`] for each parameter.
+/// The level stands for four standard deviations of a nominal value: the point where a deviation within tolerance is
+/// no longer a plausible explanation, over a hundred such values.
+const GATE: f64 = 8.0;
+const PER_PARAMETER: f64 = 3.0;
+/// Alternatives whose cost is within this of the chosen cause cannot be told from it.
+const TIE: f64 = 6.0;
+/// A candidate is fitted in full if its predicted gain is this part of what it must reach: predictions are linear.
+const PROMISING: f64 = 0.4;
+/// A cause must take away this part of the cost that pure noise would have in the channels it acts on.
+const RELEVANT: f64 = 0.0025;
+/// Starting points tried for one candidate.
+const MOST_STARTS: usize = 3;
+/// No more causes than this are composed.
+const MOST_CAUSES: usize = 5;
+/// Candidates fitted in full in each round, best predicted gain first.
+const FITTED: usize = 8;
+/// Iterations of a full fit.
+const ITERATIONS: usize = 10;
+
+/// A hypothesis that was tried, for the appendix of the report.
+#[derive(Clone, Debug)]
+pub(crate) struct Tried {
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) cost: f64,
+    pub(crate) fitted: bool,
+}
+
+/// The outcome of the search.
+pub(crate) struct Found {
+    pub(crate) null: Fit,
+    pub(crate) best: Fit,
+    /// For each cause, in the order of the best fit's effects: what cannot be told from it.
+    pub(crate) ties: Vec<Vec<Effect>>,
+    /// How much the cost grows when the cause is taken out and everything else is fitted anew.
+    pub(crate) losses: Vec<f64>,
+    pub(crate) tried: Vec<Tried>,
+}
+
+/// What an effect must gain: enough against chance, and enough to matter in the channels it acts on.
+fn gate(problem: &Problem<'_>, effect: Effect) -> f64 {
+    let samples = (problem.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE) as f64;
+    let channels = (hypothesis::channels(effect) & problem.judgeable & !Channel::Supply.bit()).count_ones();
+    let relevant = RELEVANT * 0.5 * samples * f64::from(channels);
+    (GATE + PER_PARAMETER * effect.parameter_count() as f64).max(relevant)
+}
+
+/// Whether an effect is present in name only.
+fn negligible(fit: &Fit, effect: Effect) -> bool {
+    let h = &fit.hypothesis;
+    h.parameters.iter().zip(&h.values).all(|(p, value)| match p.slot {
+        // The time constant means nothing while nothing droops, the wavelength while nothing ripples.
+        Slot::Effect(e, 1) if e == effect && e == Effect::SupplyDroop => true,
+        Slot::Effect(e, 2) if e == effect && e == Effect::FrictionPosition => true,
+        Slot::Effect(e, _) if e == effect => (value - p.neutral).abs() < p.negligible,
+        _ => true,
+    })
+}
+
+/// Cost with a charge for every cause and parameter: what is compared between hypotheses of different size.
+fn charged(problem: &Problem<'_>, fit: &Fit) -> f64 {
+    if fit.hypothesis.effects.iter().any(|effect| negligible(fit, *effect)) {
+        return f64::INFINITY;
+    }
+    fit.cost(problem) + fit.hypothesis.effects.iter().map(|e| gate(problem, *e)).sum::<f64>()
+}
+
+/// Effects that the log could show at all.
+pub(crate) fn candidates(problem: &Problem<'_>) -> Vec<Effect> {
+    let has = problem.record.available;
+    Effect::ALL
+        .into_iter()
+        .filter(|effect| {
+            let channels = hypothesis::channels(*effect);
+            let enough = match effect {
+                // Needs the pressures of both chambers.
+                Effect::LeakCrossPiston => has.pressure_a && has.pressure_b,
+                // Between position and pressure only: both must be there to disagree.
+                Effect::PositionDelay | Effect::PositionScale => has.pressure_a || has.pressure_b,
+                _ => true,
+            };
+            enough && channels & problem.judgeable != 0
+        })
+        .collect()
+}
+
+/// Starting values of an effect; most leave the model as it is.
+fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
+    let neutral: Vec<f64> = problem.parameters(effect).iter().map(|p| p.neutral).collect();
+    match effect {
+        Effect::ChokedFlow => vec![vec![0.25, 1.0], vec![0.5, 0.9]],
+        // A play first has to be taken up before its width matters, so a start at zero may lead nowhere.
+        Effect::ValveHysteresis => {
+            let scale = problem.parameters(effect)[0].scale;
+            vec![neutral.clone(), vec![neutral[0] + 0.5 * scale], vec![neutral[0] + 1.5 * scale]]
+        }
+        Effect::SupplyDroop => vec![vec![neutral[0], 0.03], vec![neutral[0], 0.2]],
+        Effect::FrictionPosition => {
+            let mut all = vec![neutral.clone()];
+            all.extend(ripple::wavelengths(problem, from).into_iter().map(|w| vec![neutral[0], 0.0, w]));
+            all
+        }
+        _ => vec![neutral],
+    }
+}
+
+/// A candidate addition with its starting values and the gain predicted for it.
+struct Candidate {
+    effect: Effect,
+    starts: Vec<Vec<f64>>,
+    predicted: f64,
+}
+
+/// The candidates for one more cause, most promising first.
+fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
+    let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
+        .into_iter()
+        .filter(|e| !from.hypothesis.effects.contains(e))
+        .flat_map(|e| starts(problem, from, e).into_iter().map(move |start| (e, start)))
+        .collect();
+    let scores = problem.scores(from, &open);
+    let mut out: Vec<Candidate> = Vec::new();
+    let mut order: Vec<usize> = (0..open.len()).collect();
+    order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+    for index in order {
+        let (effect, start) = &open[index];
+        let predicted = scores[index];
+        match out.iter_mut().find(|c| c.effect == *effect) {
+            Some(candidate) if candidate.starts.len() < MOST_STARTS => candidate.starts.push(start.clone()),
+            Some(_) => {}
+            None => out.push(Candidate { effect: *effect, starts: vec![start.clone()], predicted }),
+        }
+    }
+    out.sort_by(|a, b| b.predicted.total_cmp(&a.predicted));
+    out
+}
+
+/// Fits the most promising additions to a hypothesis in full, at most `keep`; best charged cost first.
+fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried>) -> Vec<Fit> {
+    let mut candidates = promising(problem, from);
+    let base = from.cost(problem);
+    let worth = |c: &Candidate| c.predicted > PROMISING * gate(problem, c.effect);
+    let mut count = candidates.iter().take_while(|c| worth(c)).count().min(keep);
+    let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
+    if candidates[..count].iter().any(|c| hypothesis::channels(c.effect) & flows != 0)
+        && let Some(place) = candidates.iter().position(|c| c.effect == Effect::ChokedFlow)
+        && place >= count
+    {
+        candidates[count..=place].rotate_right(1);
+        count += 1;
+    }
+    let (chosen, rest) = candidates.split_at(count);
+    let list = |effect: Effect| {
+        let mut effects = from.hypothesis.effects.clone();
+        effects.push(effect);
+        effects
+    };
+    tried.extend(rest.iter().map(|c| Tried { effects: list(c.effect), cost: base - c.predicted, fitted: false }));
+    let mut fits: Vec<Fit> = chosen
+        .par_iter()
+        .filter_map(|candidate| {
+            let parameters = problem.parameters(candidate.effect);
+            let fits = candidate.starts.iter().filter_map(|start| {
+                problem.fit(from.hypothesis.with(candidate.effect, parameters.clone(), start), ITERATIONS)
+            });
+            fits.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
+        })
+        .collect();
+    fits.sort_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
+    tried.extend(fits.iter().map(|fit| Tried {
+        effects: fit.hypothesis.effects.clone(),
+        cost: fit.cost(problem),
+        fitted: true,
+    }));
+    fits
+}
+
+/// Takes out every cause whose removal costs less than its charge.
+fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
+    loop {
+        if fit.hypothesis.effects.is_empty() {
+            return fit;
+        }
+        let smaller: Vec<Fit> = fit
+            .hypothesis
+            .effects
+            .par_iter()
+            .filter_map(|effect| problem.fit(fit.hypothesis.without(*effect), ITERATIONS))
+            .collect();
+        let best = smaller.into_iter().min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
+        match best {
+            Some(best) if charged(problem, &best) <= charged(problem, &fit) => fit = best,
+            _ => return fit,
+        }
+    }
+}
+
+/// Searches for the causes of the gap. `progress` hears what is being done.
+pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: &dyn Fn(&str)) -> Option<Found> {
+    let mut tried = Vec::new();
+    progress("nominal model");
+    let null = problem.fit(nominal.clone(), ITERATIONS)?;
+    let mut current = null.clone();
+    while current.hypothesis.effects.len() < MOST_CAUSES {
+        progress(&format!("causes found: {}", current.hypothesis.effects.len()));
+        let fits = extensions(problem, &current, FITTED, &mut tried);
+        let Some(next) = fits.into_iter().next() else { break };
+        if charged(problem, &next) >= charged(problem, &current) {
+            break;
+        }
+        current = prune(problem, next);
+    }
+    // What no hypothesis explains makes every gain less certain.
+    problem.dispersion = problem.dispersion_at(&current);
+    let mut best = prune(problem, current);
+    best = exchange(problem, best, &mut tried);
+    progress("ties");
+    let (ties, losses) = ties(problem, &best, &mut tried);
+    Some(Found { null, best, ties, losses, tried })
+}
+
+/// Replaces causes one at a time by better ones, as long as that helps.
+fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> Fit {
+    for _ in 0..3 {
+        let mut improved = None;
+        for effect in best.hypothesis.effects.clone() {
+            let Some(without) = problem.fit(best.hypothesis.without(effect), ITERATIONS) else { continue };
+            for fit in extensions(problem, &without, 4, tried).into_iter().take(1) {
+                let limit = improved.as_ref().unwrap_or(&best);
+                if charged(problem, &fit) < charged(problem, limit) - 1.0 {
+                    improved = Some(fit);
+                }
+            }
+        }
+        match improved {
+            Some(fit) => best = prune(problem, fit),
+            None => break,
+        }
+    }
+    best
+}
+
+/// For each cause: alternatives that explain the log as well in its place, and what its absence costs.
+fn ties(problem: &Problem<'_>, best: &Fit, tried: &mut Vec<Tried>) -> (Vec<Vec<Effect>>, Vec<f64>) {
+    let mut all = Vec::new();
+    let mut losses = Vec::new();
+    let cost = charged(problem, best);
+    for effect in &best.hypothesis.effects {
+        let mut tied = Vec::new();
+        let mut loss = 0.0;
+        if let Some(without) = problem.fit(best.hypothesis.without(*effect), ITERATIONS) {
+            loss = without.cost(problem) - best.cost(problem);
+            for fit in extensions(problem, &without, 5, tried) {
+                let added = *fit.hypothesis.effects.last().unwrap_or(effect);
+                if added != *effect && charged(problem, &fit) < cost + TIE {
+                    tied.push(added);
+                }
+            }
+        }
+        // One force, two names: g (1 + a sign v) sign v = g sign v + a g, so F_0 = a F_c except around standstill.
+        for (one, other) in
+            [(Effect::ConstantForce, Effect::FrictionAsymmetry), (Effect::FrictionAsymmetry, Effect::ConstantForce)]
+        {
+            if *effect == one && !tied.contains(&other) && !best.hypothesis.effects.contains(&other) {
+                tied.push(other);
+            }
+        }
+        all.push(tied);
+        losses.push(loss);
+    }
+    (all, losses)
+}
+
+/// The effects that would change the predictions visibly at a plainly visible strength, were they there.
+pub(crate) fn visible(problem: &Problem<'_>, fit: &Fit, candidates: &[Effect]) -> Vec<Effect> {
+    candidates.par_iter().copied().filter(|effect| problem.responds(fit, *effect)).collect()
+}
