@@ -28,19 +28,19 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Proportional gain, V/m (default: that of the controller file, else 4)
-    #[arg(long, value_name = "V_PER_M")]
+    #[arg(long, value_name = "V_PER_M", allow_negative_numbers = true)]
     gain: Option<f32>,
     /// Target position, m from mid-stroke
     #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true)]
     target: f64,
     /// Length of the run, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 6.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
     duration: f64,
     /// Standard deviation of the position sensor's noise, m
-    #[arg(long, value_name = "METRES", default_value_t = Noise::default().position_m)]
+    #[arg(long, value_name = "METRES", default_value_t = Noise::default().position_m, allow_negative_numbers = true)]
     noise_position: f64,
     /// Standard deviation of the pressure sensors' noise, Pa
-    #[arg(long, value_name = "PASCAL", default_value_t = Noise::default().pressure_pa)]
+    #[arg(long, value_name = "PASCAL", default_value_t = Noise::default().pressure_pa, allow_negative_numbers = true)]
     noise_pressure: f64,
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]

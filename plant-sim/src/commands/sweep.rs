@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true)]
     target: f64,
     /// Length of each run, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 6.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
     duration: f64,
     /// Threads; by default one per core
     #[arg(long, value_name = "COUNT")]

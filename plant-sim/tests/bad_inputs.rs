@@ -1,0 +1,161 @@
+//! What a user gets wrong: every case ends with exit status 2, one error that names the place and the remedy, and no output.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plant-sim")).args(arguments).current_dir(folder).output().expect("runs")
+}
+
+/// A folder with good and bad files.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let put = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("writable");
+    let rig = std::fs::read_to_string(root().join("rigs/paper-a.toml")).expect("the rig file");
+    put("rig.toml", rig.as_bytes());
+    put("negative.toml", rig.replace("mass_kg = 10.125", "mass_kg = -10.125").as_bytes());
+    put("unknown.toml", rig.replace("mass_kg", "mas_kg").as_bytes());
+    put("bar.toml", rig.replace("pressure_pa = 7.0e5", "pressure_pa = 7.0").as_bytes());
+    put("empty.toml", b"");
+    put("input.csv", b"t_s,u_v\n0,1\n0.001,1\n0.002,0\n");
+    put("text.csv", b"t_s,u_v\n0,1\n0.001,five\n");
+    put("nan.csv", b"t_s,u_v\n0,1\n0.001,NaN\n");
+    put("blank.csv", b"t_s,u_v\n0,1\n0.001,\n");
+    put("backwards.csv", b"t_s,u_v\n0,1\n-0.001,1\n");
+    put("no-u.csv", b"t_s,y_m\n0,1\n0.001,1\n");
+    put("semicolon.csv", b"t_s;u_v\n0;1\n");
+    put("utf16.csv", b"\xFF\xFEt\0_\0s\0,\0");
+    put("empty.csv", b"");
+    put("header.csv", b"t_s,u_v\n");
+    put("log.csv", b"t_s,y_m,u_v\n0,0,0\n0.001,0,0\n");
+    put("gain.toml", b"gain_v_per_m = -1\n");
+    put("table.txt", b"0 1.0 3\n10 1.1 3\n20 x 3\n");
+    put("good.txt", b"0 1.0 3\n10 1.1 3\n");
+    let map = "[source]\nseparator = \"space\"\nheader = false\natmosphere_pa = 1.013e5\n[column.t_s]\nfrom = 1\nunit = \"ms\"\n\
+               [column.y_m]\nfrom = 2\nunit = \"mm\"\n[column.p_a_pa]\nfrom = 3\nunit = \"bar\"\ngauge = true\n";
+    put("map.toml", map.as_bytes());
+    put("map-unit.toml", map.replace("\"mm\"", "\"parsec\"").as_bytes());
+    put("map-column.toml", map.replace("from = 3", "from = 4").as_bytes());
+    put("map-name.toml", map.replace("from = 3", "from = \"p\"").as_bytes());
+    put("map-key.toml", map.replace("gauge", "gage").as_bytes());
+    put("map-target.toml", map.replace("p_a_pa", "p_c_pa").as_bytes());
+    put("map-time.toml", map.replace("[column.t_s]\nfrom = 1\nunit = \"ms\"\n", "").as_bytes());
+    put("map-atmosphere.toml", map.replace("atmosphere_pa = 1.013e5\n", "").as_bytes());
+    put("map-separator.toml", map.replace("\"space\"", "\"pipe\"").as_bytes());
+    put("map-source.toml", map.replace("from = 2\n", "").as_bytes());
+    put("map-comma.toml", map.replace("\"space\"", "\"comma\"\ndecimal_comma = true").as_bytes());
+    folder
+}
+
+type Case = (&'static str, &'static [&'static str]);
+
+/// Arguments (separated by blanks), and words that the error must contain.
+const CASES: &[Case] = &[
+    ("simulate --rig none.toml --input input.csv --out o.csv", &["none.toml", "cannot be read", "check the path"]),
+    ("simulate --rig negative.toml --input input.csv --out o.csv", &["negative.toml, line", "load.mass_kg", "-10.125"]),
+    ("simulate --rig unknown.toml --input input.csv --out o.csv", &["load.mas_kg", "did you mean `mass_kg`"]),
+    ("simulate --rig bar.toml --input input.csv --out o.csv", &["supply.pressure_pa", "unit"]),
+    ("simulate --rig empty.toml --input input.csv --out o.csv", &["empty.toml", "is empty"]),
+    ("simulate --rig input.csv --input input.csv --out o.csv", &["input.csv, line 1", "TOML"]),
+    ("simulate --rig rig.toml --input none.csv --out o.csv", &["none.csv", "cannot be read"]),
+    ("simulate --rig rig.toml --input text.csv --out o.csv", &["text.csv, line 3", "`u_v`", "five"]),
+    ("simulate --rig rig.toml --input nan.csv --out o.csv", &["nan.csv, line 3", "`u_v`", "finite"]),
+    ("simulate --rig rig.toml --input blank.csv --out o.csv", &["blank.csv, line 3", "`u_v` is blank"]),
+    ("simulate --rig rig.toml --input backwards.csv --out o.csv", &["backwards.csv, line 3", "`t_s`", "sort"]),
+    ("simulate --rig rig.toml --input no-u.csv --out o.csv", &["no-u.csv, line 1", "`u_v` is missing"]),
+    ("simulate --rig rig.toml --input semicolon.csv --out o.csv", &["semicolon.csv, line 1", "commas"]),
+    ("simulate --rig rig.toml --input utf16.csv --out o.csv", &["utf16.csv", "UTF-16"]),
+    ("simulate --rig rig.toml --input empty.csv --out o.csv", &["empty.csv", "is empty"]),
+    ("simulate --rig rig.toml --input header.csv --out o.csv", &["header.csv", "no data"]),
+    ("simulate --rig rig.toml --input rig.toml --out o.csv", &["rig.toml, line"]),
+    ("simulate --rig rig.toml --input input.csv --out no/such/o.csv", &["no/such/o.csv", "create its folder"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial y=0", &["--initial", "did you mean `y_m`"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=45", &["--initial", "end stops", "0.5"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial p_a_pa=3.6", &["--initial", "1 bar is 1e5"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial z_m=1", &["--initial", "bristles"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=nan", &["--initial", "finite"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=0,y_m=0", &["--initial", "twice"]),
+    ("simulate --rig rig.toml --input input.csv", &["--out"]),
+    ("controller --rig rig.toml", &["--stdio"]),
+    ("controller --rig negative.toml --stdio", &["negative.toml, line", "load.mass_kg"]),
+    ("controller --rig rig.toml --config gain.toml --stdio", &["gain.toml, line 1", "gain_v_per_m", "-1"]),
+    ("controller --rig rig.toml --config none.toml --stdio", &["none.toml", "cannot be read"]),
+    ("run --rig none.toml --out o", &["none.toml", "check the path"]),
+    ("run --rig rig.toml --target 45 --out o", &["--target"]),
+    ("run --rig rig.toml --target 0.6 --out o", &["--target 0.6", "end stops"]),
+    ("run --rig rig.toml --target 0 --out o", &["--target 0"]),
+    ("run --rig rig.toml --duration -1 --out o", &["--duration"]),
+    ("run --rig rig.toml --duration nan --out o", &["--duration"]),
+    ("run --rig rig.toml --gain -4 --out o", &["gain"]),
+    ("sweep --rig rig.toml --out o", &["--vary KEY=LOW:HIGH"]),
+    ("sweep --rig rig.toml --vary load.mas_kg=1:2 --out o", &["did you mean `load.mass_kg`"]),
+    ("sweep --rig rig.toml --vary mass_kg=2:1 --out o", &["lower end comes first"]),
+    ("sweep --rig rig.toml --vary mass_kg=1 --out o", &["KEY=LOW:HIGH"]),
+    ("sweep --rig rig.toml --vary mass_kg=1:2:0 --out o", &["KEY=LOW:HIGH"]),
+    ("sweep --rig rig.toml --vary mass_kg=-1:1:3 --duration 0.1 --out o", &["load.mass_kg", "refused"]),
+    ("sweep --rig rig.toml --vary mass_kg=1:2 --vary load.mass_kg=1:2 --out o", &["load.mass_kg twice"]),
+    ("sweep --rig rig.toml --vary mass_kg=1:2:99999999 --out o", &["more than"]),
+    ("sweep --rig rig.toml --samples 0 --out o", &["--samples 0"]),
+    ("plot none.csv", &["none.csv", "cannot be read"]),
+    ("plot input.csv", &["input.csv, line 1", "`y_m` is missing"]),
+    ("import --map none.toml --from good.txt --out o.csv", &["none.toml", "cannot be read"]),
+    ("import --map map.toml --from none.txt --out o.csv", &["none.txt", "cannot be read"]),
+    ("import --map map.toml --from empty.csv --out o.csv", &["empty.csv", "is empty"]),
+    ("import --map map.toml --from table.txt --out o.csv", &["table.txt, line 3", "column 2", "`x`"]),
+    ("import --map map-unit.toml --from good.txt --out o.csv", &["map-unit.toml, line", "parsec", "mm"]),
+    ("import --map map-column.toml --from good.txt --out o.csv", &["good.txt, line 1", "column 4"]),
+    ("import --map map-name.toml --from good.txt --out o.csv", &["map-name.toml, line", "no header"]),
+    ("import --map map-key.toml --from good.txt --out o.csv", &["column.p_a_pa.gage", "did you mean `gauge`"]),
+    ("import --map map-target.toml --from good.txt --out o.csv", &["column.p_c_pa", "did you mean"]),
+    ("import --map map-time.toml --from good.txt --out o.csv", &["`column.t_s` is missing", "[column.t_s]"]),
+    ("import --map map-atmosphere.toml --from good.txt --out o.csv", &["column.p_a_pa.gauge", "atmosphere_pa"]),
+    ("import --map map-separator.toml --from good.txt --out o.csv", &["source.separator", "pipe", "semicolon"]),
+    ("import --map map-source.toml --from good.txt --out o.csv", &["column.y_m", "no source"]),
+    ("import --map map-comma.toml --from good.txt --out o.csv", &["decimal_comma", "separator"]),
+    ("frobnicate", &["frobnicate"]),
+];
+
+#[test]
+fn every_bad_input_exits_with_2_and_names_place_and_remedy() {
+    let folder = folder();
+    let before = names(folder.path());
+    for (line, words) in CASES {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let output = plant_sim(&arguments, folder.path());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {error}");
+        assert!(error.starts_with("error: "), "{line}: {error}");
+        assert!(!error.contains("panicked"), "{line}: {error}");
+        for word in *words {
+            assert!(error.contains(word), "{line}: expected {word:?} in: {error}");
+        }
+        let mut after = names(folder.path());
+        // An output folder may exist, with nothing in it.
+        after.retain(|name| name != "o" || names(&folder.path().join("o")) != Vec::<String>::new());
+        assert_eq!(after, before, "{line} left something behind");
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .expect("readable")
+        .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_failed_run_leaves_the_previous_result_as_it_was() {
+    let folder = folder();
+    let good = plant_sim(&["simulate", "--rig", "rig.toml", "--input", "input.csv", "--out", "o.csv"], folder.path());
+    assert!(good.status.success());
+    let before = std::fs::read(folder.path().join("o.csv")).expect("written");
+    let bad = plant_sim(&["simulate", "--rig", "rig.toml", "--input", "text.csv", "--out", "o.csv"], folder.path());
+    assert_eq!(bad.status.code(), Some(2));
+    assert_eq!(std::fs::read(folder.path().join("o.csv")).expect("still there"), before);
+}

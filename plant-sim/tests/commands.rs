@@ -1,0 +1,201 @@
+//! The commands do what the formats promise.
+
+use control::{Config, Parameters};
+use plant_model::{Effects, Rig, Simulator};
+use plant_sim::stdio::Coprocess;
+use proptest::prelude::*;
+use rig_files::{Column, Log, RigFile};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn plant_sim() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plant-sim"));
+    command.current_dir(root());
+    command
+}
+
+#[test]
+fn simulate_writes_one_row_per_input_row_with_the_documented_columns() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("o.csv");
+    let status = plant_sim()
+        .args(["simulate", "--rig", "rigs/paper-b.toml", "--input", "examples/inputs/steps-and-sine.csv", "--out"])
+        .arg(&out)
+        .status()
+        .expect("runs");
+    assert!(status.success());
+    let text = std::fs::read_to_string(&out).expect("written");
+    assert!(text.starts_with("t_s,u_v,y_m,v_m_per_s,p_a_pa,p_b_pa,z_m\n"));
+    let log = Log::read(&out).expect("a log");
+    assert_eq!(log.len(), 3000);
+    assert_eq!((log.t_s[0], log.y_m[0]), (0.0, 0.0));
+    let start = Rig::<f64>::paper_b().equilibrium_pressure_pa();
+    assert_eq!(log.column(Column::PA).expect("pressure")[0], start);
+
+    // The same through the library: the command adds nothing of its own.
+    let mut simulator = Simulator::<f64>::new(&Rig::paper_b(), &Effects::none()).expect("valid");
+    let u_v = log.column(Column::U).expect("command");
+    for row in 0..log.len() - 1 {
+        simulator.advance(u_v[row], log.t_s[row + 1] - log.t_s[row]);
+    }
+    assert_eq!(log.y_m[2999], simulator.state().y_m);
+}
+
+#[test]
+fn simulate_starts_where_it_is_told_and_holds_each_command_until_the_next_row() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (input, out) = (folder.path().join("i.csv"), folder.path().join("o.csv"));
+    std::fs::write(&input, "t_s,u_v\n0,2\n0.5,0\n1.5,0\n").expect("written");
+    let initial = "y_m=-0.1, p_a_pa=4e5, v_m_per_s=0.02";
+    let run = plant_sim()
+        .args(["simulate", "--rig", "rigs/paper-a.toml", "--initial", initial, "--input"])
+        .arg(&input)
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .expect("runs");
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let log = Log::read(&out).expect("a log");
+    assert_eq!((log.y_m[0], log.column(Column::PA).expect("pressure")[0]), (-0.1, 4e5));
+    assert_eq!(log.column(Column::V).expect("velocity")[0], 0.02);
+    assert!(log.y_m[1] > 0.0, "half a second at 2 V moves the piston far");
+}
+
+#[test]
+fn without_arguments_the_three_cylinders_run_and_the_report_says_where_it_is() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = Command::new(env!("CARGO_BIN_EXE_plant-sim")).current_dir(folder.path()).output().expect("runs");
+    assert!(run.status.success());
+    let text = String::from_utf8_lossy(&run.stdout);
+    for words in ["paper case (a)", "paper case (b)", "paper case (c)", "Report:", "run.html"] {
+        assert!(text.contains(words), "{words} is not in {text}");
+    }
+    let html = std::fs::read_to_string(folder.path().join("out/run.html")).expect("written");
+    assert!(html.contains("uPlot") && html.ends_with("</html>\n"));
+}
+
+#[test]
+fn both_real_recordings_become_logs_with_pressures_made_absolute() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let import = |map: &str, from: &str| {
+        let out = folder.path().join("log.csv");
+        let run = plant_sim().args(["import", "--map", map, "--from", from, "--out"]).arg(&out).output().expect("runs");
+        assert!(run.status.success(), "{from}: {}", String::from_utf8_lossy(&run.stderr));
+        Log::read(&out).expect("a log")
+    };
+    for bar in 1..=7 {
+        let log = import(
+            "examples/mappings/piston-friction.toml",
+            &format!("examples/data/piston-friction/circle_{bar}bar.csv"),
+        );
+        let p = log.column(Column::PA).expect("pressure");
+        let mean = p.iter().sum::<f64>() / p.len() as f64;
+        assert!((mean - 1.013e5 - f64::from(bar) * 1e5).abs() < 0.15e5, "{bar} bar gauge is {mean} Pa absolute");
+        assert!(log.column(Column::FExt).expect("force").iter().all(|force| *force < 0.0));
+        // Recording 2 has none; recording 4 begins with one of 0.28 s.
+        assert_eq!(log.gaps().is_empty(), bar == 2, "{bar} bar");
+    }
+    let strokes = import("examples/mappings/cylinder-vertical.toml", "examples/data/cylinder-vertical/strokes.csv");
+    assert_eq!(strokes.len(), 10_000);
+    assert!(strokes.y_m.iter().all(|y_m| y_m.abs() < 0.06));
+    assert_eq!(strokes.column(Column::PB), None);
+}
+
+fn coprocess() -> Coprocess {
+    Coprocess::new(Config::from_parameters(&Parameters::default()).expect("valid"), 16)
+}
+
+#[test]
+fn the_controller_answers_line_by_line_and_a_malformed_line_changes_nothing() {
+    let mut child = plant_sim()
+        .args(["controller", "--rig", "rigs/paper-a.toml", "--stdio"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("runs");
+    let mut input = child.stdin.take().expect("piped");
+    let good = "0.045 32768 23710 23710 45875";
+    let lines = [
+        good,
+        "",
+        "0.045 32768 23710 23710",
+        "nan 1 2 3 4",
+        "0.045 -1 2 3 4",
+        "0.045 65536 2 3 4",
+        "0 1.5 2 3 4",
+        good,
+    ];
+    writeln!(input, "{}", lines.join("\r\n")).expect("taken");
+    drop(input);
+    let output = child.wait_with_output().expect("ends with its input");
+    assert!(output.status.success());
+    let answers: Vec<String> = String::from_utf8_lossy(&output.stdout).lines().map(str::to_string).collect();
+    assert_eq!(answers.len(), lines.len());
+    assert_eq!((answers[0].as_str(), answers[7].as_str()), ("2121 run", "2121 run"));
+    assert!(answers[1..7].iter().all(|answer| answer.starts_with("error ")), "{answers:?}");
+}
+
+#[test]
+fn an_endless_line_is_refused_without_being_stored_and_the_next_is_served() {
+    let mut input = vec![b'7'; 1_000_000];
+    input.extend_from_slice(b"\n0.045 32768 23710 23710 45875");
+    let mut answers = Vec::new();
+    coprocess().serve(&input[..], &mut answers).expect("memory does not fail");
+    let text = String::from_utf8(answers).expect("text");
+    let answers: Vec<&str> = text.lines().collect();
+    assert!(answers[0].starts_with("error the line is longer"), "{}", answers[0]);
+    assert_eq!(answers[1], "2121 run");
+}
+
+#[test]
+fn a_dead_position_sensor_leads_to_a_latched_safe_state_with_its_reason() {
+    let mut controller = coprocess();
+    controller.answer("0.045 32768 23710 23710 45875");
+    let answers: Vec<String> = (0..30).map(|_| controller.answer("0.045 0 23710 23710 45875")).collect();
+    assert!(answers.last().is_some_and(|answer| answer.contains("safe:position-")), "{answers:?}");
+    let after = controller.answer("0.045 32768 23710 23710 45875");
+    assert!(after.contains("safe:position-"), "a good reading does not re-arm: {after}");
+}
+
+proptest! {
+    #[test]
+    fn any_line_gets_one_answer_and_an_error_changes_nothing(lines in proptest::collection::vec("[ -~\t]{0,40}|[0-9 .e+-]{0,40}|0\\.[0-9]{1,3}( [0-9]{1,6}){3,5}", 1..20)) {
+        let mut controller = coprocess();
+        for line in lines {
+            let before = controller.state().clone();
+            let answer = controller.answer(&line);
+            prop_assert_eq!(answer.lines().count(), 1);
+            if answer.starts_with("error ") {
+                prop_assert_eq!(controller.state(), &before);
+            } else {
+                let (code, state) = answer.split_once(' ').expect("two words");
+                prop_assert!(code.parse::<u16>().expect("a code") <= 4095);
+                prop_assert!(state == "run" || state.starts_with("safe:"), "{}", state);
+            }
+        }
+    }
+
+    #[test]
+    fn any_bytes_as_a_conversation_are_answered_line_by_line(bytes in proptest::collection::vec(any::<u8>(), 0..3000)) {
+        let mut answers = Vec::new();
+        coprocess().serve(&bytes[..], &mut answers).expect("memory does not fail");
+        let lines = bytes.split(|byte| *byte == b'\n').count() - usize::from(bytes.last().is_none_or(|byte| *byte == b'\n'));
+        prop_assert_eq!(String::from_utf8(answers).expect("text").lines().count(), lines);
+    }
+
+    #[test]
+    fn any_mapping_over_any_table_gives_a_log_or_an_error(at in 0..200_usize, insert in "[ -~\n]{0,10}", table in "([0-9.,;\t x-]{0,20}\n){0,6}") {
+        let good = "[source]\nseparator = \"space\"\nheader = false\natmosphere_pa = 1e5\n[column.t_s]\nfrom = 1\n[column.y_m]\nfrom = 2\n[column.p_a_pa]\nfrom = 3\ngauge = true\n";
+        let mut text = good.to_string();
+        text.insert_str(at.min(good.len()), &insert);
+        if let Ok(mapping) = plant_sim::import::Mapping::parse(&text, "map.toml") {
+            let _ = mapping.convert(&table, "table.txt");
+        }
+        let _ = RigFile::parse(&text, "rig.toml");
+    }
+}
