@@ -40,8 +40,8 @@ fn simulate_writes_one_row_per_input_row_with_the_documented_columns() {
     // The same through the library: the command adds nothing of its own.
     let mut simulator = Simulator::<f64>::new(&Rig::paper_b(), &Effects::none()).expect("valid");
     let u_v = log.column(Column::U).expect("command");
-    for row in 0..log.len() - 1 {
-        simulator.advance(u_v[row], log.t_s[row + 1] - log.t_s[row]);
+    for (u_v, times) in u_v.iter().zip(log.t_s.windows(2)) {
+        simulator.advance(*u_v, times[1] - times[0]);
     }
     assert_eq!(log.y_m[2999], simulator.state().y_m);
 }
