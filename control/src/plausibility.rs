@@ -6,9 +6,9 @@
 //! - **rate**: no further from the last good reading than the plant can have moved since, plus noise;
 //! - **stuck**: a channel that has shown sample-to-sample noise must not repeat one code for longer than the stuck time.
 //!
-//! A reading that fails range or rate is *bridged*: the law goes on with the last good one. Bridging fills a bucket three
+//! A reading that fails range or rate is *bridged*: the law goes on with the last good one. Bridging fills a bucket four
 //! times as fast as good readings empty it; when it is full the reason is raised. A single spike therefore costs nothing, a lost
-//! sensor is caught after the glitch time (5 ms), and an intermittent one too unless three out of four readings are good,
+//! sensor is caught after the glitch time (5 ms), and an intermittent one too unless four out of five readings are good,
 //! when bridging alone keeps the law supplied.
 //!
 //! **Why stuck is judged by noise.** A resting piston with a quiet sensor repeats its code for hours, rightly; a resting
@@ -42,7 +42,7 @@ pub struct ChannelLimits {
 }
 
 /// How much faster bridging fills the bucket than good readings empty it.
-pub const GLITCH_WEIGHT: u16 = 3;
+pub const GLITCH_WEIGHT: u16 = 4;
 /// Samples per noise window.
 const WINDOW: u8 = 64;
 /// Reversals that make a window noisy: white noise has 42 on average.

@@ -205,7 +205,7 @@ fn reason(fault: Fault, channel: Channel) -> Reason {
     }
 }
 
-/// Fills on a bad tick, empties a third as fast on a good one; true when full.
+/// Fills on a bad tick, empties a quarter as fast on a good one; true when full.
 #[inline]
 fn bucket(level: &mut u16, bad: bool, limit: u16) -> bool {
     *level = if bad { level.saturating_add(GLITCH_WEIGHT).min(limit) } else { level.saturating_sub(1) };

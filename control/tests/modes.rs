@@ -127,7 +127,7 @@ fn three_timing_faults_in_a_row_are_bridged_and_four_are_not() {
             for _ in 0..3 {
                 assert_eq!(bench.tick(|inputs| spoil(&mut inputs.faults)).mode, Mode::Run);
             }
-            assert_eq!(bench.run(10), Mode::Run);
+            assert_eq!(bench.run(12), Mode::Run);
         }
         assert_eq!(bench.until_safe(10, |_, inputs| spoil(&mut inputs.faults)), (4, word.to_owned()));
     }

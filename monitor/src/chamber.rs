@@ -87,7 +87,8 @@ impl Watch {
         } else {
             0.0
         };
-        let activity = by_flow.abs() + (per_metre * balance.smoothed_step_m).abs();
+        // In steady motion both are equal and opposite; the larger one sets the scale.
+        let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
         self.allowance_pa =
             (self.allowance_pa + tick.parameters.relative * activity + per_kg_per_s * doubt) * tick.keep;
         let noise = tick.parameters.pressure_pa + tick.parameters.position_m * per_metre;

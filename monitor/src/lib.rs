@@ -15,8 +15,8 @@
 //! cannot explain.
 //!
 //! **What is allowed.** A model is never exact. The threshold is a sum of: the pressure noise; the position noise,
-//! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of all predicted flow and compression over
-//! the same horizon; and an uncertainty of the valve's opening (hysteresis, null). So the harder the rig works, the more
+//! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of the predicted flow or compression,
+//! whichever is larger, over the same horizon; and an uncertainty of the valve's opening (hysteresis, null). So the harder the rig works, the more
 //! absolute error is accepted, and coefficients that are wrong by a fifth do not trip. Three ticks beyond it in a row do.
 //!
 //! **What it finds**, and what it cannot: a frozen position shows after the piston has moved 5–10 mm (less in small

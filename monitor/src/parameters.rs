@@ -9,9 +9,9 @@ use plant_model::ParameterError;
 pub struct MonitorParameters {
     /// How far back the comparison looks, s: at least two ticks.
     pub horizon_s: f32,
-    /// Pressure error that is always allowed, Pa: about six times the sensor's noise.
+    /// Pressure error that is always allowed, Pa: about five times the sensor's noise.
     pub pressure_pa: f32,
-    /// Position error that is always allowed, m: about six times the sensor's noise, and more for play in the mounting.
+    /// Position error that is always allowed, m: about seven times the sensor's noise, and more for play in the mounting.
     pub position_m: f32,
     /// Relative error of predicted flow and compression that is allowed.
     pub relative: f32,
@@ -21,7 +21,7 @@ pub struct MonitorParameters {
 
 impl Default for MonitorParameters {
     fn default() -> Self {
-        Self { horizon_s: 0.05, pressure_pa: 4.0e3, position_m: 0.5e-3, relative: 0.2, opening_v: 0.03 }
+        Self { horizon_s: 0.05, pressure_pa: 3.5e3, position_m: 0.4e-3, relative: 0.2, opening_v: 0.025 }
     }
 }
 

@@ -14,6 +14,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 mod chamber;
 mod command_path;
 pub mod dead_zone;
@@ -22,6 +25,7 @@ pub mod friction;
 mod plant;
 mod real;
 mod rig;
+mod rosenbrock;
 mod sensors;
 mod simulator;
 mod stepper;

@@ -25,6 +25,7 @@ enum Command {
     Controller(commands::controller::Arguments),
     Synthesize(commands::synthesize::Arguments),
     Experiment(commands::experiment::Arguments),
+    Blind(commands::blind::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Some(Command::Controller(arguments)) => commands::controller::run(&arguments),
         Some(Command::Synthesize(arguments)) => commands::synthesize::run(&arguments),
         Some(Command::Experiment(arguments)) => commands::experiment::run(&arguments),
+        Some(Command::Blind(arguments)) => commands::blind::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

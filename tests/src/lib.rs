@@ -19,6 +19,6 @@ mod scenario;
 mod sensors;
 mod target;
 
-pub use runner::{Outcome, Sample, run, run_observed};
+pub use runner::{Outcome, Sample, host_target, run, run_observed};
 pub use scenario::{Expect, Noise, ReferenceSegment, Scenario, ScheduledCommand, Start};
 pub use target::{HostTarget, Target, TargetError, TickOutput};

@@ -6,7 +6,7 @@
 
 use crate::fault::{Channel, Fault, Kind};
 use crate::rig;
-use crate::runner::{Outcome, run, run_observed};
+use crate::runner::{Outcome, host_target, run, run_observed};
 use crate::scenario::{Expect, MonitorChoice, Noise, ReferenceSegment, Scenario, Start};
 use crate::target::{Target, TargetError, TickOutput};
 use control::{DacCode, Inputs, Mode, Parameters, twin};
@@ -33,6 +33,14 @@ impl Target for Unprotected {
         let code = twin::output(&self.0, inputs.reference.to_num(), inputs.position.0).code;
         Ok(TickOutput { dac: DacCode((code + 0.5) as u16), mode: Mode::Run })
     }
+
+    fn has_watchdog(&self) -> bool {
+        false
+    }
+
+    fn watchdog_reset(&mut self) -> Result<(), TargetError> {
+        Ok(())
+    }
 }
 
 /// One row of the study: a fault with its strength.
@@ -40,7 +48,8 @@ impl Target for Unprotected {
 pub struct Row {
     /// What the table calls it.
     pub label: String,
-    fault: Fault,
+    /// What goes wrong; the situation sets when.
+    pub fault: Fault,
     quiet: bool,
 }
 
@@ -103,7 +112,7 @@ pub fn rows() -> Vec<Row> {
     let supply = Fault { time_constant_s: 0.01, ..Fault::new(Kind::SupplyLoss, None, 0.0) };
     rows.push(Row { label: "supply lost (10 ms)".into(), fault: supply, quiet: false });
     rows.push(plant(Kind::JammedValve, "valve jammed"));
-    rows.push(plant(Kind::DroppedTicks, "ticks stop for good"));
+    rows.push(plant(Kind::DroppedTicks, "ticks stop for good (watchdog)"));
     let half = Fault { ticks: 1, every: 2, ..Fault::new(Kind::DroppedTicks, None, 0.0) };
     rows.push(Row { label: "every second tick dropped".into(), fault: half, quiet: false });
     rows.push(plant(Kind::LateTicks, "every tick late"));
@@ -161,6 +170,7 @@ fn scenario(situation: &Situation, mut fault: Fault, quiet: bool) -> Scenario {
             ("valve-lag".to_owned(), effect("time_constant_s", 1.7e-3)),
             ("valve-hysteresis".to_owned(), effect("half_width_v", 0.01)),
         ]),
+        rig_error: 0.0,
         noise: if quiet { Noise { position_m: 0.0, pressure_pa: 0.0 } } else { Noise::default() },
         initial_position_m: 0.0,
         control,
@@ -242,15 +252,22 @@ pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 
 
 /// Normal running of one rig: random moves, ramps and sines over most of the stroke, on a real valve with noise.
 ///
-/// Returns the outcome: `tripped` must be `None`.
+/// Returns the outcome, whose `tripped` must be `None`, and how close the monitor came to a trip, 0 … 1.
 ///
 /// # Errors
 /// As [`study`].
-pub fn normal_running(rig_name: &'static str, gain: f64, duration_s: f64, seed: u64) -> Result<Outcome, TargetError> {
+pub fn normal_running(
+    rig_name: &'static str,
+    gain: f64,
+    rig_error: f64,
+    duration_s: f64,
+    seed: u64,
+) -> Result<(Outcome, f32), TargetError> {
     let situation = Situation { rig: rig_name, gain, phase: 0, seed };
     let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), false);
     scenario.fault.clear();
     scenario.duration_s = duration_s;
+    scenario.rig_error = rig_error;
     let half =
         rig::find(rig_name, &scenario.folder).map_err(|error| TargetError(error.to_string()))?.rig.cylinder.stroke_m
             / 2.0;
@@ -280,5 +297,7 @@ pub fn normal_running(rig_name: &'static str, gain: f64, duration_s: f64, seed: 
         scenario.reference.push(ReferenceSegment { at_s, position_m, program });
         at_s += hold_s;
     }
-    run(&scenario)
+    let mut target = host_target(&scenario)?;
+    let outcome = run_observed(&scenario, &mut target, |_| ())?;
+    Ok((outcome, target.closest_to_disagreement()))
 }

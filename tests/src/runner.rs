@@ -51,11 +51,22 @@ pub struct Sample {
     pub mode: Mode,
 }
 
+/// How long the independent watchdog waits for a tick, s; as on the board.
+const WATCHDOG_S: f64 = 0.020;
+
 /// Runs a scenario on the host and returns what came of it.
 ///
 /// # Errors
 /// The scenario's parameters are refused by controller, monitor or plant.
 pub fn run(scenario: &Scenario) -> Result<Outcome, TargetError> {
+    run_observed(scenario, &mut host_target(scenario)?, |_| ())
+}
+
+/// The control crate and the monitor on this computer, made for a scenario.
+///
+/// # Errors
+/// As [`run`].
+pub fn host_target(scenario: &Scenario) -> Result<HostTarget, TargetError> {
     let rig = scenario.rig_file().map_err(|error| TargetError(error.to_string()))?;
     let parameters = scenario.parameters(&scenario.name).map_err(|error| TargetError(error.to_string()))?;
     let state = match scenario.start {
@@ -63,8 +74,7 @@ pub fn run(scenario: &Scenario) -> Result<Outcome, TargetError> {
         Start::Boot => State::boot(None),
     };
     let monitor = scenario.monitor.enabled.then_some(&scenario.monitor.parameters);
-    let mut target = HostTarget::new(&rig, &parameters, monitor, scenario.output_delay_ticks, state)?;
-    run_observed(scenario, &mut target, |_| ())
+    HostTarget::new(&rig, &parameters, monitor, scenario.output_delay_ticks, state)
 }
 
 /// Runs a scenario on a target, showing every tick to `observe`.
@@ -77,7 +87,11 @@ pub fn run_observed(
     mut observe: impl FnMut(&Sample),
 ) -> Result<Outcome, TargetError> {
     let fail = |error: &dyn std::fmt::Display| TargetError(error.to_string());
-    let rig = scenario.rig_file().map_err(|error| fail(&error))?;
+    let mut rig = scenario.rig_file().map_err(|error| fail(&error))?;
+    rig.rig.valve.fill_coefficient_kg_per_s_pa *= 1.0 + scenario.rig_error;
+    rig.rig.valve.exhaust_coefficient_kg_per_s_pa *= 1.0 - scenario.rig_error;
+    rig.rig.cylinder.volume_a0_m3 *= 1.0 + 0.5 * scenario.rig_error;
+    rig.rig.cylinder.volume_b0_m3 *= 1.0 + 0.5 * scenario.rig_error;
     let plant = plant_model::Plant::new(&rig.rig, &rig.effects).map_err(|error| fail(&error))?;
     let p = rig.rig.equilibrium_pressure_pa();
     let begin = plant.state_at_rest(scenario.initial_position_m, p, p);
@@ -96,6 +110,8 @@ pub fn run_observed(
     let (mut held_u, mut jammed_u) = (0.0, None);
     let mut last_codes = [0; 4];
     let mut missed = false;
+    let watchdog_ticks = (WATCHDOG_S / tick_s).round() as u64;
+    let mut silent_ticks = 0;
     let mut supply_pa = rig.rig.supply.pressure_pa;
     let mut outcome = Outcome {
         end: Mode::Boot,
@@ -125,6 +141,13 @@ pub fn run_observed(
             std::mem::swap(&mut codes, &mut last_codes);
         } else {
             last_codes = codes;
+        }
+        silent_ticks = if dropped { silent_ticks + 1 } else { 0 };
+        if silent_ticks == watchdog_ticks && target.has_watchdog() {
+            target.watchdog_reset()?;
+            // A reset takes the DAC to mid at once, latch and all.
+            (dac, mode) = (mid, Mode::Safe(Reason::WatchdogReset));
+            latched.iter_mut().for_each(|code| *code = mid);
         }
         if !dropped {
             let inputs = Inputs {

@@ -35,6 +35,10 @@ pub struct Scenario {
     /// Effects added to the rig, as in a rig file; the monitor knows them, the controller does not.
     #[serde(default)]
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+    /// How wrong the rig file is about the plant, which controller and monitor do not know: the plant fills faster by this
+    /// share, exhausts slower by it, and has chambers larger by half of it.
+    #[serde(default)]
+    pub rig_error: f64,
     /// Sensor noise, standard deviations.
     #[serde(default)]
     pub noise: Noise,

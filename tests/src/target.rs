@@ -1,7 +1,7 @@
 //! Who executes the control step.
 
 use crate::rig;
-use control::{Config, DacCode, ExternalFaults, Inputs, Mode, Parameters, State};
+use control::{Config, DacCode, ExternalFaults, Inputs, Mode, Parameters, Reason, State};
 use monitor::{Monitor, MonitorParameters, Readings};
 use rig_files::RigFile;
 
@@ -35,6 +35,17 @@ pub trait Target {
     /// # Errors
     /// The target cannot be reached or makes no sense.
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError>;
+
+    /// Whether a watchdog guards it.
+    fn has_watchdog(&self) -> bool {
+        true
+    }
+
+    /// The watchdog has bitten: the target boots anew, knowing why.
+    ///
+    /// # Errors
+    /// As [`Target::tick`].
+    fn watchdog_reset(&mut self) -> Result<(), TargetError>;
 }
 
 /// The control crate and the monitor on this computer, put together as the firmware does: the monitor runs behind the DAC
@@ -45,6 +56,7 @@ pub struct HostTarget {
     monitor: Option<Monitor>,
     disagreement: bool,
     previous_u_v: f32,
+    closest: f32,
 }
 
 impl HostTarget {
@@ -74,7 +86,15 @@ impl HostTarget {
                 .map_err(|error| fail(&error))?,
             ),
         };
-        Ok(Self { config, state, monitor, disagreement: false, previous_u_v: 0.0 })
+        Ok(Self { config, state, monitor, disagreement: false, previous_u_v: 0.0, closest: 0.0 })
+    }
+}
+
+impl HostTarget {
+    /// The largest residual of the monitor so far, as a share of its threshold: how close it came to a trip.
+    #[must_use]
+    pub fn closest_to_disagreement(&self) -> f32 {
+        self.closest
     }
 }
 
@@ -91,9 +111,26 @@ impl Target for HostTarget {
                 pressure_b_pa: telemetry.pressure_b.to_num(),
                 supply_pa: telemetry.supply.map(|p| p.to_num()),
             };
-            self.disagreement = monitor.step(&readings, self.previous_u_v).disagreement;
+            let verdict = monitor.step(&readings, self.previous_u_v);
+            self.disagreement = verdict.disagreement;
+            for (residual, threshold) in
+                [(verdict.residual_a_pa, verdict.threshold_a_pa), (verdict.residual_b_pa, verdict.threshold_b_pa)]
+            {
+                if threshold > 0.0 {
+                    self.closest = self.closest.max(residual.abs() / threshold);
+                }
+            }
             self.previous_u_v = telemetry.u.to_num();
         }
         Ok(TickOutput { dac: outputs.dac, mode: outputs.mode })
+    }
+
+    fn watchdog_reset(&mut self) -> Result<(), TargetError> {
+        self.state = State::boot(Some(Reason::WatchdogReset));
+        self.disagreement = false;
+        if let Some(monitor) = &mut self.monitor {
+            monitor.restart();
+        }
+        Ok(())
     }
 }

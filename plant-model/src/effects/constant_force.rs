@@ -20,8 +20,8 @@ pub(super) const INFO: Info = Info {
     parameters: &[ParameterInfo {
         name: "force_n",
         key: "effects.constant-force.force_n",
-        min: -1.0e5,
-        max: 1.0e5,
+        min: -1.0e4,
+        max: 1.0e4,
         typical: 8.0,
         meaning: "force F_0 opposing positive motion, N",
     }],

@@ -21,7 +21,7 @@ pub(super) const INFO: Info = Info {
         name: "coefficient_n_per_pa",
         key: "effects.friction-pressure.coefficient_n_per_pa",
         min: 0.0,
-        max: 1.0,
+        max: 1.0e-2,
         typical: 2.0e-5,
         meaning: "coefficient k, N/Pa",
     }],

@@ -235,8 +235,8 @@ impl<R: Real> Effects<R> {
             for (info, value) in effect.info().parameters.iter().zip(values) {
                 let value = value.to_f64();
                 // The bounds are decimal numbers; leave a single-precision value that was rounded from one inside.
-                let slack = 1e-6 * (info.max.abs() + info.min.abs());
-                if !(value >= info.min - slack && value <= info.max + slack) {
+                let slack = |bound: f64| 1e-6 * bound.abs();
+                if !(value >= info.min - slack(info.min) && value <= info.max + slack(info.max)) {
                     return Err(ParameterError {
                         key: info.key,
                         value,

@@ -21,7 +21,7 @@ pub(super) const INFO: Info = Info {
         name: "static_n",
         key: "effects.static-friction.static_n",
         min: 1.0e-3,
-        max: 1.0e5,
+        max: 1.0e4,
         typical: 40.0,
         meaning: "static friction force F_s, N; taken as F_c where smaller",
     }],

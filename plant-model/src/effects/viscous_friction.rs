@@ -21,7 +21,7 @@ pub(super) const INFO: Info = Info {
         name: "coefficient_n_s_per_m",
         key: "effects.viscous-friction.coefficient_n_s_per_m",
         min: 0.0,
-        max: 1.0e5,
+        max: 1.0e4,
         typical: 60.0,
         meaning: "viscous coefficient sigma2, N s/m",
     }],

@@ -1,5 +1,6 @@
 //! One file per subcommand: its arguments, and what it does.
 
+pub(crate) mod blind;
 pub(crate) mod controller;
 pub(crate) mod experiment;
 pub(crate) mod import;

@@ -1,5 +1,6 @@
 //! The blind suite: cases drawn at random and kept from the diagnosis, scored like the DAMADICS benchmark.
 
+mod json;
 mod plan;
 mod report;
 mod run;
@@ -8,6 +9,7 @@ mod score;
 mod score_tests;
 mod tally;
 
+pub use json::JsonError;
 pub use plan::{Class, Nominal, Plan, PlanError, plans};
 pub use report::{case_lines, markdown};
 pub use run::{Diagnose, Entry, run, run_one};

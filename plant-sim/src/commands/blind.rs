@@ -1,0 +1,206 @@
+//! `plant-sim blind`: the blind suite.
+
+use super::CliError;
+use indicatif::{ProgressBar, ProgressStyle};
+use rand::RngExt;
+use rig_files::{Log, RigFile, write_file};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use synthesis::blind::{Answer, Class, Entry, Nominal, Outcome, Plan, case_lines, markdown, plans, run as run_suite};
+
+/// Hide effects in synthetic logs, diagnose them, and score the diagnosis.
+///
+/// Effect, strength, rig, experiment, noise, jitter and losses are drawn from a printed seed and kept from the diagnosis,
+/// which is a program of its own: it is started as `PROGRAM diagnose --rig R.toml --log L.csv --out DIR` and must write
+/// DIR/diagnosis.json, so that any other diagnosis can be scored by the same suite.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = "EXAMPLES\n  \
+    plant-sim blind                                  # 52 logs per class, fresh seed\n  \
+    plant-sim blind --class null --logs 200 --nominal 2%\n  \
+    plant-sim blind --case single/exact/00c0ffee00c0ffee --keep out/case   # one case again, its files kept")]
+pub(crate) struct Arguments {
+    /// Logs per class and kind of nominal values
+    #[arg(long, value_name = "COUNT", default_value_t = 52)]
+    logs: usize,
+    /// Seed of the suite; printed, and drawn if not given
+    #[arg(long)]
+    seed: Option<u64>,
+    /// single, weak, pairs, triples, null, unknown, partial, poor, or all
+    #[arg(long, value_delimiter = ',', default_value = "all", value_parser = class)]
+    class: Vec<Classes>,
+    /// exact, 2%, or both
+    #[arg(long, default_value = "both", value_parser = nominal)]
+    nominal: Nominals,
+    /// Cases at the same time; the diagnosis itself may use more threads
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
+    jobs: u16,
+    /// Rig files to draw from instead of the paper's three
+    #[arg(long = "rig", value_name = "FILE")]
+    rigs: Vec<PathBuf>,
+    /// Run one case again, by its name in the table
+    #[arg(long, value_name = "CASE")]
+    case: Option<Plan>,
+    /// Where to keep rig file, log, truth and diagnosis of that case
+    #[arg(long, value_name = "DIR", requires = "case")]
+    keep: Option<PathBuf>,
+    /// The diagnosis to score; by default this program
+    #[arg(long, value_name = "PROGRAM")]
+    diagnosis: Option<PathBuf>,
+    /// Where to write the tables; beside it, as .csv, one line per case
+    #[arg(long, value_name = "FILE", default_value = "out/blind-results.md")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Debug)]
+struct Classes(Vec<Class>);
+
+#[derive(Clone, Debug)]
+struct Nominals(Vec<Nominal>);
+
+fn class(text: &str) -> Result<Classes, String> {
+    if text == "all" {
+        return Ok(Classes(Class::ALL.to_vec()));
+    }
+    let known = Class::ALL.map(Class::word).join(", ");
+    let found = Class::ALL.into_iter().find(|class| class.word() == text);
+    found.map(|class| Classes(vec![class])).ok_or_else(|| format!("must be one of {known}, or all"))
+}
+
+fn nominal(text: &str) -> Result<Nominals, String> {
+    if text == "both" {
+        return Ok(Nominals(Nominal::ALL.to_vec()));
+    }
+    let found = Nominal::ALL.into_iter().find(|nominal| nominal.word() == text);
+    found.map(|nominal| Nominals(vec![nominal])).ok_or_else(|| "must be exact, 2%, or both".to_string())
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let rigs = if arguments.rigs.is_empty() {
+        vec![RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()]
+    } else {
+        arguments.rigs.iter().map(|path| RigFile::read(path)).collect::<Result<_, _>>()?
+    };
+    let program = match &arguments.diagnosis {
+        Some(program) => program.clone(),
+        None => std::env::current_exe().map_err(|error| CliError::Failed(format!("cannot find myself: {error}")))?,
+    };
+    if let Some(plan) = arguments.case {
+        return one_case(arguments, plan, &rigs, &program);
+    }
+
+    let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
+    let mut all = Vec::new();
+    for class in arguments.class.iter().flat_map(|classes| &classes.0) {
+        for nominal in &arguments.nominal.0 {
+            all.extend(plans(*class, *nominal, arguments.logs, seed));
+        }
+    }
+    println!("suite seed {seed}, {} cases", all.len());
+    let bar = ProgressBar::new(all.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left  {msg}") {
+        bar.set_style(style);
+    }
+    let diagnose = |rig: &RigFile, log: &Log| ask(&program, rig, log, None);
+    let done = |entry: &Entry| {
+        if let Some(line) = bad_news(entry) {
+            bar.println(line);
+        }
+        bar.inc(1);
+    };
+    let entries = run_suite(&all, &rigs, usize::from(arguments.jobs), &diagnose, &done).map_err(CliError::Failed)?;
+    bar.finish_and_clear();
+
+    let table = markdown(&entries, &reproduce(arguments, seed));
+    write_file(&arguments.out, |file| file.write_all(table.as_bytes()))?;
+    let lines = arguments.out.with_extension("csv");
+    write_file(&lines, |file| file.write_all(case_lines(&entries).as_bytes()))?;
+    // The tables up to the list of failures, which were printed as they happened.
+    println!("{}", table.split("## Cases that went wrong").next().unwrap_or_default().trim_end());
+    println!("\n{} and {}", arguments.out.display(), lines.display());
+    Ok(())
+}
+
+/// The command that gives the same suite again.
+fn reproduce(arguments: &Arguments, seed: u64) -> String {
+    let mut command = format!("plant-sim blind --logs {} --seed {seed}", arguments.logs);
+    let classes: Vec<&str> = arguments.class.iter().flat_map(|classes| &classes.0).map(|class| class.word()).collect();
+    if classes.len() < Class::ALL.len() {
+        command += &format!(" --class {}", classes.join(","));
+    }
+    if let [one] = arguments.nominal.0[..] {
+        command += &format!(" --nominal {}", one.word());
+    }
+    for rig in &arguments.rigs {
+        command += &format!(" --rig {}", rig.display());
+    }
+    command
+}
+
+fn bad_news(entry: &Entry) -> Option<String> {
+    let outcome = entry.score.as_ref().map(|score| score.outcome);
+    let fine = [Outcome::Exact, Outcome::Tied, Outcome::Quiet, Outcome::Rejected];
+    if outcome.is_some_and(|outcome| fine.contains(&outcome)) {
+        return None;
+    }
+    let hidden: Vec<&str> = entry.hidden.iter().map(|cause| cause.id()).collect();
+    let said = match &entry.answer {
+        Err(error) => error.clone(),
+        Ok(answer) => {
+            let causes: Vec<&str> = answer.causes.iter().map(|cause| cause.id.as_str()).collect();
+            format!("{} {}", answer.verdict.word(), causes.join(" + "))
+        }
+    };
+    let hidden = if hidden.is_empty() { "nothing".to_string() } else { hidden.join(" + ") };
+    let word = outcome.map_or("failed", Outcome::word);
+    Some(format!("{}  {word}: {hidden} → {said}", entry.plan))
+}
+
+fn one_case(arguments: &Arguments, plan: Plan, rigs: &[RigFile], program: &Path) -> Result<(), CliError> {
+    if let Some(folder) = &arguments.keep {
+        std::fs::create_dir_all(folder).map_err(|error| CliError::Failed(format!("{}: {error}", folder.display())))?;
+        let truth = plan.draw_on(rigs).truth_toml();
+        write_file(&folder.join("truth.toml"), |file| file.write_all(truth.as_bytes()))?;
+    }
+    let diagnose = |rig: &RigFile, log: &Log| ask(program, rig, log, arguments.keep.as_deref());
+    let entry = synthesis::blind::run_one(plan, rigs, &diagnose);
+    print!("{}", case_lines(std::slice::from_ref(&entry)));
+    if let Some(score) = &entry.score {
+        for p in &score.parameters {
+            let (percent, errors) = (100.0 * p.relative_error, p.in_std_errors);
+            println!(
+                "{} {}: true {:.5e}, found {:.5e}, off by {percent:.2} %, {errors:.1} standard errors",
+                p.effect, p.name, p.truth, p.value
+            );
+        }
+    }
+    println!("{}", bad_news(&entry).unwrap_or_else(|| format!("{}  right", entry.plan)));
+    Ok(())
+}
+
+/// Lets a program diagnose a log, and reads its answer.
+fn ask(program: &Path, rig: &RigFile, log: &Log, keep: Option<&Path>) -> Result<Answer, String> {
+    let temporary = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
+    let folder = keep.unwrap_or(temporary.path());
+    let (rig_path, log_path, out) = (folder.join("rig.toml"), folder.join("log.csv"), folder.join("diagnosis"));
+    rig.write(&rig_path).map_err(|error| error.to_string())?;
+    log.write(&log_path).map_err(|error| error.to_string())?;
+    let done = Command::new(program)
+        .arg("diagnose")
+        .arg("--rig")
+        .arg(&rig_path)
+        .arg("--log")
+        .arg(&log_path)
+        .arg("--out")
+        .arg(&out)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .output()
+        .map_err(|error| format!("{} does not start: {error}", program.display()))?;
+    if !done.status.success() {
+        let says = String::from_utf8_lossy(&done.stderr);
+        return Err(format!("{}: {}", done.status, says.lines().next().unwrap_or("no message")));
+    }
+    let json =
+        std::fs::read_to_string(out.join("diagnosis.json")).map_err(|error| format!("diagnosis.json: {error}"))?;
+    Answer::from_json(&json).map_err(|error| error.to_string())
+}
