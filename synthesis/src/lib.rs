@@ -39,6 +39,7 @@ mod recording;
 mod sequences;
 mod specimen;
 pub mod strength;
+mod varied;
 
 pub use case::{Case, Stated, UNCERTAIN_KEYS, true_rig};
 pub use cause::{Cause, CauseError, Which};
@@ -50,3 +51,4 @@ pub use physics::Physics;
 pub use recording::record;
 pub use sequences::{Family, Part, identification, identification_parts};
 pub use specimen::{Reading, STEP_S, Specimen};
+pub use varied::varied_rig;

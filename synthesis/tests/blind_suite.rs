@@ -151,3 +151,18 @@ fn a_failing_diagnosis_fails_its_case_and_not_the_suite() {
     assert!(table.contains("no idea") && table.contains(&plans[0].to_string()));
     assert_eq!(case_lines(&entries).lines().count(), 3);
 }
+
+#[test]
+fn cases_on_varied_rigs_move_and_stay_within_their_stroke() {
+    for plan in plans(Class::Single, Nominal::TwoPercent, 6, 17) {
+        let case = plan.draw_on(&[]);
+        let (log, ideal) = case.record();
+        let half = 0.5 * case.truth.cylinder.stroke_m;
+        let (low, high) = ideal.iter().fold((0.0_f64, 0.0_f64), |(low, high), r| (low.min(r.y_m), high.max(r.y_m)));
+        // A wrong position scale may show a place beyond the stroke.
+        assert!(low >= -1.1 * half && high <= 1.1 * half, "{plan}: {low} to {high} of {half}");
+        assert!(high - low > 0.3 * half, "{plan}: {low} to {high} of {half}");
+        assert!(ideal.iter().all(|r| r.p_a_pa > 0.5e5 && r.p_b_pa > 0.5e5 && r.p_a_pa < 2e6 && r.p_b_pa < 2e6));
+        assert!(log.len() > 30_000);
+    }
+}

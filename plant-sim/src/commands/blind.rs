@@ -37,7 +37,10 @@ pub(crate) struct Arguments {
     /// Rig files to draw from instead of the paper's three
     #[arg(long = "rig", value_name = "FILE")]
     rigs: Vec<PathBuf>,
-    /// Run one case again, by its name in the table
+    /// Draw a rig of its own for every case instead: bore, stroke, load, valve, dead zone and friction at random
+    #[arg(long, conflicts_with = "rigs")]
+    varied: bool,
+    /// Run one case again, by its name in the table; with the same --rig or --varied
     #[arg(long, value_name = "CASE")]
     case: Option<Plan>,
     /// Where to keep rig file, log, truth and diagnosis of that case
@@ -75,7 +78,9 @@ fn nominal(text: &str) -> Result<Nominals, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rigs = if arguments.rigs.is_empty() {
+    let rigs = if arguments.varied {
+        vec![]
+    } else if arguments.rigs.is_empty() {
         vec![RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()]
     } else {
         arguments.rigs.iter().map(|path| RigFile::read(path)).collect::<Result<_, _>>()?
@@ -129,6 +134,9 @@ fn reproduce(arguments: &Arguments, seed: u64) -> String {
     }
     if let [one] = arguments.nominal.0[..] {
         command += &format!(" --nominal {}", one.word());
+    }
+    if arguments.varied {
+        command += " --varied";
     }
     for rig in &arguments.rigs {
         command += &format!(" --rig {}", rig.display());

@@ -7,6 +7,7 @@ use crate::foreign::Foreign;
 use crate::law::Law;
 use crate::sequences::Family;
 use crate::strength;
+use crate::varied::varied_rig;
 use plant_model::Effect;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::seq::IndexedRandom;
@@ -201,12 +202,12 @@ impl Plan {
         self.draw_on(&[RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()])
     }
 
-    /// Draws the case on one of the rigs given; on the paper's case (a) if there are none.
+    /// Draws the case on one of the rigs given, or on a rig of its own ([`varied_rig`]) if there are none.
     #[must_use]
     pub fn draw_on(&self, rigs: &[RigFile]) -> Case {
         let mut rng = self.rng();
         let which = self.which(&mut rng);
-        let mut rig_file = rigs.choose(&mut rng).cloned().unwrap_or_else(RigFile::paper_a);
+        let mut rig_file = rigs.choose(&mut rng).cloned().unwrap_or_else(|| varied_rig(&mut rng));
         let relative = self.nominal.relative();
         let stated = if rng.random_bool(0.5) { Stated::Everywhere } else { Stated::UncertainKeys };
         rig_file.tolerance = stated(relative).tolerance();
