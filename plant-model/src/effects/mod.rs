@@ -2,7 +2,7 @@
 //!
 //! Every effect has an identifier (used in rig files, reports and tests), parameters with units and bounds, a neutral
 //! setting that gives back the paper's model bit for bit, and a signature: what betrays it in a log. Effects compose:
-//! [`Effects::apply`] folds them into the model's coefficients in the order of [`Effect::ALL`].
+//! `Effects::apply` folds them into the model's coefficients in the order of [`Effect::ALL`].
 
 mod choked_flow;
 mod constant_force;
