@@ -4,6 +4,7 @@
 
 use crate::codes::DacScale;
 use crate::dead_zone_inverse::DeadZoneInverse;
+use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
 use crate::parameters::Parameters;
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
@@ -15,6 +16,7 @@ use crate::setpoint::{Motion, SetpointLimits, Smooth};
 pub struct Config {
     pub(crate) position: ChannelLimits,
     pub(crate) pressure: ChannelLimits,
+    pub(crate) freeze: FreezeLimits,
     pub(crate) supply_sensor: bool,
     pub(crate) position_rail_is_fault: bool,
     pub(crate) setpoint: SetpointLimits,
@@ -190,12 +192,14 @@ impl Config {
                 tick_hz,
             ),
         };
+        let setpoint = setpoint(p, positions, tick_hz)?;
         Ok(Self {
+            freeze: freeze(&setpoint, positions, adc_max, p.tick_hz, stuck_ticks),
             position,
             pressure,
             supply_sensor: p.supply_sensor,
             position_rail_is_fault: margin > 0.0,
-            setpoint: setpoint(p, positions, tick_hz)?,
+            setpoint,
             law: Law { gain_q16: scaled(gain, 16) as i32 },
             inverse,
             dac,
@@ -264,6 +268,28 @@ fn channel(
         noise: quantity(noise),
         glitch_limit,
         stuck_ticks,
+    }
+}
+
+/// Speed below which a freeze is not noticed, m/s.
+const BRISK_M_PER_S: f64 = 0.05;
+
+fn freeze(setpoint: &SetpointLimits, sensor: [f64; 2], adc_max: u16, tick_hz: u32, stuck_ticks: u16) -> FreezeLimits {
+    let codes_per_m = f64::from(adc_max) / (sensor[1] - sensor[0]);
+    let spacing_ticks = (tick_hz / 1000).max(1);
+    // The history spans from three to four samples, depending on when in between the freeze begins.
+    let span_s = 3.0 * f64::from(spacing_ticks) / f64::from(tick_hz);
+    let travel_codes = (BRISK_M_PER_S * span_s * codes_per_m) as u16;
+    let code = |position: f64| ((position - sensor[0]) * codes_per_m).clamp(0.0, f64::from(adc_max)) as u16;
+    let (low, high) = (setpoint.low.to_num::<f64>(), setpoint.high.to_num::<f64>());
+    let margin = 0.01 * (high - low);
+    FreezeLimits {
+        spacing_ticks: spacing_ticks as u16,
+        travel_codes: travel_codes.max(LEAST_CODES),
+        freeze_ticks: stuck_ticks,
+        obstacle: OBSTACLE_PA << Pressure::FRAC_NBITS,
+        low: code(low + margin),
+        high: code(high - margin),
     }
 }
 

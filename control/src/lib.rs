@@ -40,6 +40,7 @@ mod arithmetic;
 pub mod codes;
 pub mod config;
 pub mod dead_zone_inverse;
+mod frozen;
 pub mod generator;
 pub mod law;
 pub mod modes;

@@ -16,8 +16,8 @@
 //! own noise decides: in windows of 64 samples, direction reversals (two in three for noise, next to none for motion) and
 //! repeats (few for noise of more than 1.5 codes) are counted. After four noisy windows the channel is known to be noisy, and
 //! from then on silence is a fault. When the noise fades gradually, a window with many short repeats makes the channel
-//! quiet again and the test is off. A sensor that freezes without ever having been noisy is left to the on-board model,
-//! which sees that pressures and motion no longer agree.
+//! quiet again and the test is off. A position that freezes in mid-move without ever having been noisy is seen by
+//! `frozen.rs`; the rest is left to the on-board model, which sees that pressures and motion no longer agree.
 
 use crate::codes::AdcCode;
 use crate::quantities::AdcScale;

@@ -2,6 +2,7 @@
 
 use crate::codes::{AdcCode, DacCode};
 use crate::config::Config;
+use crate::frozen::FreezeWatch;
 use crate::modes::{Channel, Command, Mode, Reason};
 use crate::plausibility::{ChannelState, Fault, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Voltage};
@@ -78,6 +79,7 @@ pub struct State {
     mode: Mode,
     reset: Option<Reason>,
     begin: bool,
+    freeze: FreezeWatch,
     position: ChannelState,
     pressure_a: ChannelState,
     pressure_b: ChannelState,
@@ -170,6 +172,8 @@ fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> 
     } else {
         None
     };
+    let difference = state.pressure_a.good().saturating_sub(state.pressure_b.good());
+    let frozen = state.freeze.frozen(&config.freeze, inputs.position, difference);
     let supply_low = config.supply_sensor
         && state.supply.seen()
         && bucket(
@@ -189,6 +193,7 @@ fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> 
         .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
         .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
         .or(supply.map(|fault| reason(fault, Channel::Supply)))
+        .or((running && frozen).then_some(Reason::Stuck(Channel::Position)))
         .or((running && supply_low).then_some(Reason::SupplyLow))
         .or((running && overrun).then_some(Reason::Overrun))
         .or((running && missed).then_some(Reason::MissedTick))

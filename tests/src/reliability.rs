@@ -250,7 +250,8 @@ pub fn table_line(row: &Row, r: &Tally) -> String {
 pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 20 ms | worst time, ms | missed | protected, mm | safe state reached (runs) |
 | --- | --- | --- | --- | --- | --- | --- | --- |";
 
-/// Normal running of one rig: random moves, ramps and sines over most of the stroke, on a real valve with noise.
+/// Normal running of one rig: random moves, ramps and sines over most of the stroke, on a real valve, with noise or with
+/// `quiet` sensors, the rig file wrong by `rig_error`.
 ///
 /// Returns the outcome, whose `tripped` must be `None`, and how close the monitor came to a trip, 0 … 1.
 ///
@@ -260,11 +261,12 @@ pub fn normal_running(
     rig_name: &'static str,
     gain: f64,
     rig_error: f64,
+    quiet: bool,
     duration_s: f64,
     seed: u64,
 ) -> Result<(Outcome, f32), TargetError> {
     let situation = Situation { rig: rig_name, gain, phase: 0, seed };
-    let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), false);
+    let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), quiet);
     scenario.fault.clear();
     scenario.duration_s = duration_s;
     scenario.rig_error = rig_error;

@@ -52,8 +52,8 @@ fn timing_faults_supply_loss_and_a_dead_clock_reach_the_safe_state_in_every_run(
 #[test]
 fn two_minutes_of_normal_running_never_trip_even_when_the_rig_file_is_a_tenth_off() {
     for (rig, gain) in RIGS {
-        for rig_error in [0.0, 0.1] {
-            let (outcome, closest) = normal_running(rig, gain, rig_error, 120.0, 3).unwrap();
+        for (rig_error, quiet) in [(0.0, false), (0.1, false), (0.0, true)] {
+            let (outcome, closest) = normal_running(rig, gain, rig_error, quiet, 120.0, 3).unwrap();
             assert_eq!(outcome.tripped, None, "{rig}");
             assert!((0.05..1.0).contains(&closest), "{rig}: {closest}");
         }

@@ -23,6 +23,8 @@ macro_rules! scenarios {
 
 scenarios! {
     paper_a_overshoots_and_hunts,
+    a_noiseless_position_frozen_in_mid_move_is_caught_without_a_model,
+    a_noiseless_slam_into_an_end_stop_is_no_fault,
     paper_b_does_not_overshoot,
     paper_c_behaves_like_b,
     a_real_valve_with_dead_zone_reaches_the_target,

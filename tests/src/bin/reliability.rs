@@ -25,8 +25,8 @@ struct Arguments {
     hours: f64,
 }
 
-/// By how much the rig file is wrong about the plant in the runs without fault.
-const RIG_ERRORS: [f64; 2] = [0.0, 0.1];
+/// The runs without fault: by how much the rig file is wrong about the plant, and whether the sensors are noiseless.
+const CONDITIONS: [(f64, bool); 3] = [(0.0, false), (0.1, false), (0.0, true)];
 
 const INTRODUCTION: &str = include_str!("../reliability_introduction.md");
 
@@ -68,21 +68,25 @@ fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     println!("\n{summary}\n");
     let _ = writeln!(
         text,
-        "\n{summary}\n\n## Normal running\n\n| rig | rig file wrong by | simulated | trips | largest residual of the monitor / threshold |\n| --- | --- | --- | --- | --- |"
+        "\n{summary}\n\n## Normal running\n\n| rig | rig file wrong by | noise | simulated | trips | largest residual of the monitor / threshold |\n| --- | --- | --- | --- | --- | --- |"
     );
 
-    let cases: Vec<_> = RIGS.into_iter().flat_map(|rig| RIG_ERRORS.map(|error| (rig, error))).collect();
+    let cases: Vec<_> = RIGS.into_iter().flat_map(|rig| CONDITIONS.map(|condition| (rig, condition))).collect();
     let outcomes: Vec<_> = cases
         .par_iter()
-        .map(|((rig, gain), error)| normal_running(rig, *gain, *error, 3600.0 * arguments.hours, arguments.seed))
+        .map(|((rig, gain), (error, quiet))| {
+            normal_running(rig, *gain, *error, *quiet, 3600.0 * arguments.hours, arguments.seed)
+        })
         .collect();
-    for (((rig, _), error), outcome) in cases.iter().zip(outcomes) {
+    for (((rig, _), (error, quiet)), outcome) in cases.iter().zip(outcomes) {
         let (outcome, closest) = outcome?;
         let trips = match outcome.tripped {
             None => "none".to_owned(),
             Some((reason, at_s)) => format!("{reason} after {at_s:.3} s"),
         };
-        let line = format!("| {rig} | {:.0} % | {} h | {trips} | {closest:.2} |", 100.0 * error, arguments.hours);
+        let noise = if *quiet { "none" } else { "600 Pa, 0.05 mm" };
+        let line =
+            format!("| {rig} | {:.0} % | {noise} | {} h | {trips} | {closest:.2} |", 100.0 * error, arguments.hours);
         println!("{line}");
         let _ = writeln!(text, "{line}");
     }
