@@ -16,10 +16,12 @@
 //! | what drives the setpoint | `generator.rs` |
 //! | the simulated plant in place of sensors and valve | `bench.rs` |
 //! | what one tick leaves for telemetry | `record.rs` |
+//! | the lines of telemetry | `telemetry_lines.rs` |
 //! | what the background may read of the interrupt | `snapshot.rs` |
 //! | parameters as one set, checked as a whole | `settings.rs` |
 //! | parameters in flash | `store.rs` |
 //! | commands → answers and orders | `desk.rs` |
+//! | codes in lock-step with a plant elsewhere | `lockstep.rs` |
 //! | whether the watchdog may be fed | `supervisor.rs` |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -28,11 +30,15 @@ mod bench;
 mod control_loop;
 mod desk;
 mod generator;
+#[cfg(feature = "lockstep")]
+pub mod lockstep;
 mod record;
 mod settings;
 mod snapshot;
 mod store;
 mod supervisor;
+#[cfg(feature = "defmt")]
+mod telemetry_lines;
 
 pub use bench::BenchPlant;
 pub use control_loop::{ControlLoop, Order, Setup, Tick};
@@ -43,3 +49,5 @@ pub use settings::{Settings, SettingsError};
 pub use snapshot::{Readings, Snapshot};
 pub use store::{Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
+#[cfg(feature = "defmt")]
+pub use telemetry_lines::{Scales, send as send_record};

@@ -4,7 +4,7 @@ use board_link::TextWord;
 use control::Reason;
 use defmt_rtt as _;
 use embassy_executor::Spawner;
-use firmware_core::{ControlLoop, Desk, Loaded, Settings};
+use firmware_core::{ControlLoop, Desk, Loaded, Scales, Settings};
 use static_cell::ConstStaticCell;
 
 use crate::board::{self, Board, ResetCause, SerialBuffers};
@@ -55,7 +55,7 @@ async fn main(spawner: Spawner) {
     let control_loop = ControlLoop::new(setup, reset);
     let desk = Desk::new(settings.clone(), board::NAME, env!("CARGO_PKG_VERSION"), fault_text(previous.as_ref()));
     let background = sampling::start(board.sampler, board.valve, control_loop, settings.tick_hz());
-    spawner.spawn(defmt::unwrap!(telemetry_task(background.records, settings)));
+    spawner.spawn(defmt::unwrap!(telemetry_task(background.records, Scales::of(&settings))));
     spawner.spawn(defmt::unwrap!(command_task(CommandTask { desk, orders: background.orders, store }, board.serial)));
     spawner.spawn(defmt::unwrap!(supervisor_task(board.watchdog, board.light)));
 }

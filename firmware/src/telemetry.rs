@@ -5,12 +5,11 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use board_link::Parameter;
 use embassy_time::{Duration, Ticker};
-use firmware_core::{Record, Settings};
+use firmware_core::{Record, Scales, send_record};
 use heapless::spsc::Consumer;
 
-use crate::sampling;
+use crate::sampling::SNAPSHOT;
 
 /// Rounds of this task; wraps.
 pub(crate) static ROUNDS: AtomicU32 = AtomicU32::new(0);
@@ -22,56 +21,17 @@ const SCALE_ROUNDS: u32 = 500;
 
 /// Moves records from the queue to defmt.
 #[embassy_executor::task]
-pub(crate) async fn telemetry_task(mut records: Consumer<'static, Record>, settings: Settings) -> ! {
+pub(crate) async fn telemetry_task(mut records: Consumer<'static, Record>, scales: Scales) -> ! {
     let mut round = Ticker::every(ROUND);
     loop {
         let rounds = ROUNDS.load(Ordering::Relaxed);
         ROUNDS.store(rounds.wrapping_add(1), Ordering::Relaxed);
         if rounds.is_multiple_of(SCALE_ROUNDS) {
-            send_scales(&settings);
+            scales.send();
         }
         while let Some(record) = records.dequeue() {
-            send(&record);
+            send_record(&record, SNAPSHOT.records_lost());
         }
         round.next().await;
     }
-}
-
-fn send(record: &Record) {
-    let [position, a, b, supply] = record.codes;
-    let [sampled, controlled, written] = record.stamps;
-    defmt::info!(
-        "tick={=u32} seq={=u32} y={=u16} a={=u16} b={=u16} sup={=u16} dac={=u16} ref={=i32} mode={=u16} c1={=u16} c2={=u16} c3={=u16} lost={=u32}",
-        record.tick,
-        record.sequence,
-        position,
-        a,
-        b,
-        supply,
-        record.dac,
-        record.reference_bits,
-        record.mode,
-        sampled,
-        controlled,
-        written,
-        sampling::SNAPSHOT.records_lost(),
-    );
-    if record.event {
-        defmt::warn!("event tick={=u32} mode={=u16}", record.tick, record.mode);
-    }
-}
-
-fn send_scales(settings: &Settings) {
-    use Parameter as P;
-    defmt::info!(
-        "scales hz={=u32} y={=f32}..{=f32} p={=f32}..{=f32} u={=f32}..{=f32} every={=u32}",
-        settings.tick_hz(),
-        settings.get(P::PositionLow),
-        settings.get(P::PositionHigh),
-        settings.get(P::PressureLow),
-        settings.get(P::PressureHigh),
-        settings.get(P::ValveLow),
-        settings.get(P::ValveHigh),
-        settings.telemetry_every(),
-    );
 }

@@ -1,0 +1,265 @@
+//! Lock-step exchange of codes between a plant on the desktop and the control loop elsewhere (QEMU, through two pipes).
+//!
+//! The guest says [`READY`]. The host sends the length of a [`SetupMessage`] (two bytes, little-endian), then the message; the
+//! guest answers [`ACCEPTED`] or [`REFUSED`]. Then one [`TickMessage`] of the host is answered by one [`Answer`], until the
+//! host sends a message that starts with [`END`], which the guest answers with [`Counts`].
+
+use control::{AdcCode, Command, ExternalFaults, Inputs, Mode, Parameters, Position, State};
+use monitor::{Monitor, MonitorParameters};
+use plant_model::{Cylinder, Effect, Effects, Friction, Gas, Load, Rig, Supply, Valve};
+use serde::{Deserialize, Serialize};
+
+use crate::control_loop::Setup;
+use crate::record::{mode_from_number, mode_number};
+
+/// First byte of the guest.
+pub const READY: u8 = 0xA5;
+/// The setup is in force.
+pub const ACCEPTED: u8 = 1;
+/// The setup's numbers are out of range.
+pub const REFUSED: u8 = 0;
+/// First byte of a tick.
+pub const TICK: u8 = 1;
+/// First byte of the end.
+pub const END: u8 = 2;
+/// Bytes of a [`TickMessage`].
+pub const TICK_BYTES: usize = 16;
+/// Bytes of an [`Answer`].
+pub const ANSWER_BYTES: usize = 4;
+/// Bytes of [`Counts`].
+pub const COUNTS_BYTES: usize = 32;
+/// Longest setup.
+pub const SETUP_BYTES: usize = 1024;
+
+/// Everything a guest has to know before the first tick.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SetupMessage {
+    /// The control law's.
+    pub parameters: Parameters,
+    /// The monitor's, if there is one.
+    pub monitor: Option<MonitorParameters>,
+    /// The rig the monitor knows.
+    pub rig: [f32; 24],
+    /// Its effects: index in the catalogue, values.
+    pub effects: heapless::Vec<(u8, [f32; 3]), 26>,
+    /// Ticks between a code and its effect.
+    pub output_delay_ticks: u8,
+    /// Already armed, or booting.
+    pub armed: bool,
+    /// One telemetry record every so many ticks; 0: none.
+    pub every: u32,
+}
+
+/// A rig as a list of numbers, in the order of its fields.
+#[must_use]
+pub fn rig_numbers(rig: &Rig<f32>) -> [f32; 24] {
+    let (g, s, v, c, f) = (&rig.gas, &rig.supply, &rig.valve, &rig.cylinder, &rig.friction);
+    [
+        g.gas_constant_j_per_kg_k,
+        g.temperature_k,
+        g.heat_capacity_ratio,
+        s.pressure_pa,
+        s.atmosphere_pa,
+        v.fill_coefficient_kg_per_s_pa,
+        v.exhaust_coefficient_kg_per_s_pa,
+        v.dead_zone_right_v,
+        v.dead_zone_left_v,
+        v.slope_right,
+        v.slope_left,
+        v.max_voltage_v,
+        c.area_m2,
+        c.stroke_m,
+        c.volume_a0_m3,
+        c.volume_b0_m3,
+        rig.load.mass_kg,
+        f.stiffness_n_per_m,
+        f.damping_n_s_per_m,
+        f.viscous_n_s_per_m,
+        f.coulomb_n,
+        f.static_n,
+        f.stribeck_velocity_m_per_s,
+        f.breakaway_m,
+    ]
+}
+
+fn rig_of(numbers: &[f32; 24]) -> Rig<f32> {
+    let [r, t, k, ps, pa, bf, be, dr, dl, sr, sl, um, a, l, va, vb, m, s0, s1, s2, fc, fs, vs, zb] = *numbers;
+    Rig {
+        gas: Gas { gas_constant_j_per_kg_k: r, temperature_k: t, heat_capacity_ratio: k },
+        supply: Supply { pressure_pa: ps, atmosphere_pa: pa },
+        valve: Valve {
+            fill_coefficient_kg_per_s_pa: bf,
+            exhaust_coefficient_kg_per_s_pa: be,
+            dead_zone_right_v: dr,
+            dead_zone_left_v: dl,
+            slope_right: sr,
+            slope_left: sl,
+            max_voltage_v: um,
+        },
+        cylinder: Cylinder { area_m2: a, stroke_m: l, volume_a0_m3: va, volume_b0_m3: vb },
+        load: Load { mass_kg: m },
+        friction: Friction {
+            stiffness_n_per_m: s0,
+            damping_n_s_per_m: s1,
+            viscous_n_s_per_m: s2,
+            coulomb_n: fc,
+            static_n: fs,
+            stribeck_velocity_m_per_s: vs,
+            breakaway_m: zb,
+        },
+    }
+}
+
+/// Effects as a list of numbers.
+#[must_use]
+pub fn effect_numbers(effects: &Effects<f32>) -> heapless::Vec<(u8, [f32; 3]), 26> {
+    effects
+        .iter()
+        .map(|(effect, values)| {
+            let mut numbers = [0.0; 3];
+            for (number, value) in numbers.iter_mut().zip(values) {
+                *number = *value;
+            }
+            (effect as u8, numbers)
+        })
+        .collect()
+}
+
+impl SetupMessage {
+    /// What the guest runs with. `None` if a number is out of range.
+    #[must_use]
+    pub fn into_setup(self) -> Option<(Setup, State)> {
+        let config = control::Config::from_parameters(&self.parameters).ok()?;
+        let monitor = match &self.monitor {
+            None => None,
+            Some(parameters) => {
+                let mut effects = Effects::none();
+                for (index, values) in &self.effects {
+                    effects.set(Effect::ALL.get(usize::from(*index)).copied()?, values);
+                }
+                let tick_s = (1.0 / f64::from(self.parameters.tick_hz)) as f32;
+                Some(Monitor::new(&rig_of(&self.rig), &effects, parameters, tick_s, self.output_delay_ticks).ok()?)
+            }
+        };
+        let state = if self.armed { State::armed() } else { State::boot(None) };
+        Some((Setup { config, monitor, monitor_trips: true, every: self.every.max(1) }, state))
+    }
+}
+
+/// Reads a setup; `None` if it is none.
+#[must_use]
+pub fn decode_setup(bytes: &[u8]) -> Option<SetupMessage> {
+    postcard::from_bytes(bytes).ok()
+}
+
+/// Writes a setup, length first; `None` if it is too long.
+#[must_use]
+pub fn encode_setup(setup: &SetupMessage) -> Option<heapless::Vec<u8, { SETUP_BYTES + 2 }>> {
+    let mut bytes = heapless::Vec::new();
+    bytes.resize(SETUP_BYTES + 2, 0).ok()?;
+    let length = postcard::to_slice(setup, bytes.get_mut(2..)?).ok()?.len();
+    bytes.get_mut(..2)?.copy_from_slice(&u16::try_from(length).ok()?.to_le_bytes());
+    bytes.truncate(length + 2);
+    Some(bytes)
+}
+
+const COMMANDS: [Option<Command>; 4] = [None, Some(Command::Arm), Some(Command::Disarm), Some(Command::ResetFault)];
+
+/// Writes the inputs of one tick.
+#[must_use]
+pub fn encode_tick(inputs: &Inputs) -> [u8; TICK_BYTES] {
+    let bit = |flag: bool, place: u32| u8::from(flag) << place;
+    let faults = &inputs.faults;
+    let flags = bit(inputs.supply.is_some(), 0)
+        | bit(inputs.host_heard, 1)
+        | bit(faults.missed_tick, 2)
+        | bit(faults.late_tick, 3)
+        | bit(faults.overrun, 4)
+        | bit(faults.model_disagreement, 5);
+    let command = COMMANDS.iter().position(|command| *command == inputs.command).unwrap_or(0) as u8;
+    let [r0, r1, r2, r3] = inputs.reference.to_bits().to_le_bytes();
+    let code = |code: AdcCode| code.0.to_le_bytes();
+    let ([y0, y1], [a0, a1], [b0, b1]) = (code(inputs.position), code(inputs.pressure_a), code(inputs.pressure_b));
+    let [s0, s1] = code(inputs.supply.unwrap_or_default());
+    [TICK, flags, command, 0, r0, r1, r2, r3, y0, y1, a0, a1, b0, b1, s0, s1]
+}
+
+/// Reads the inputs of one tick; `None` if it is the end.
+#[must_use]
+pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
+    let [kind, flags, command, _, r0, r1, r2, r3, y0, y1, a0, a1, b0, b1, s0, s1] = *message;
+    if kind != TICK {
+        return None;
+    }
+    let bit = |place: u32| flags >> place & 1 == 1;
+    let code = |low, high| AdcCode(u16::from_le_bytes([low, high]));
+    Some(Inputs {
+        reference: Position::from_bits(i32::from_le_bytes([r0, r1, r2, r3])),
+        position: code(y0, y1),
+        pressure_a: code(a0, a1),
+        pressure_b: code(b0, b1),
+        supply: bit(0).then(|| code(s0, s1)),
+        command: COMMANDS.get(usize::from(command)).copied().flatten(),
+        host_heard: bit(1),
+        faults: ExternalFaults { missed_tick: bit(2), late_tick: bit(3), overrun: bit(4), model_disagreement: bit(5) },
+    })
+}
+
+/// What comes back of one tick: code and mode.
+#[must_use]
+pub fn encode_answer(dac: u16, mode: Mode) -> [u8; ANSWER_BYTES] {
+    let ([d0, d1], [m0, m1]) = (dac.to_le_bytes(), mode_number(mode).to_le_bytes());
+    [d0, d1, m0, m1]
+}
+
+/// Code and mode of one tick; `None` if the mode is none. How long a self-test still takes is not told.
+#[must_use]
+pub fn decode_answer(answer: [u8; ANSWER_BYTES]) -> Option<(u16, Mode)> {
+    let [d0, d1, m0, m1] = answer;
+    Some((u16::from_le_bytes([d0, d1]), mode_from_number(u16::from_le_bytes([m0, m1]))?))
+}
+
+/// Instructions per tick, measured by the guest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Ticks counted.
+    pub ticks: u32,
+    /// Fewest, sum, most of the control law.
+    pub law: [u32; 3],
+    /// Fewest, sum, most of law and monitor together.
+    pub all: [u32; 3],
+}
+
+impl Counts {
+    /// Takes one tick into account.
+    pub fn add(&mut self, law: u32, all: u32) {
+        for ([least, sum, most], count) in [(&mut self.law, law), (&mut self.all, all)] {
+            *least = if self.ticks == 0 { count } else { count.min(*least) };
+            *sum = sum.saturating_add(count);
+            *most = count.max(*most);
+        }
+        self.ticks = self.ticks.saturating_add(1);
+    }
+
+    /// As bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; COUNTS_BYTES] {
+        let words = [self.ticks, self.law[0], self.law[1], self.law[2], self.all[0], self.all[1], self.all[2], 0];
+        let mut bytes = [0; COUNTS_BYTES];
+        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// From bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8; COUNTS_BYTES]) -> Self {
+        let mut words = [0; 8];
+        for (word, place) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+            *word = place.iter().rev().fold(0, |sum, byte| sum << 8 | u32::from(*byte));
+        }
+        let [ticks, l0, l1, l2, a0, a1, a2, _] = words;
+        Self { ticks, law: [l0, l1, l2], all: [a0, a1, a2] }
+    }
+}

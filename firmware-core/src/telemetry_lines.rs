@@ -1,0 +1,90 @@
+//! The lines of telemetry, as defmt messages. Their words are the format: people read them, `plant-sim record` parses them.
+
+use board_link::Parameter;
+
+use crate::record::Record;
+use crate::settings::Settings;
+
+/// Ranges and rates, repeated now and then so that a host that attaches late learns them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Ticks per second.
+    pub tick_hz: u32,
+    /// Position at code 0 and 65 535, m.
+    pub position_m: [f32; 2],
+    /// Pressure at code 0 and 65 535, Pa.
+    pub pressure_pa: [f32; 2],
+    /// Valve voltage at code 0 and 4095, V.
+    pub valve_v: [f32; 2],
+    /// One record every so many ticks.
+    pub every: u32,
+}
+
+impl Scales {
+    /// Those of the settings.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Self {
+        use Parameter as P;
+        let pair = |low, high| [settings.get(low), settings.get(high)];
+        Self {
+            tick_hz: settings.tick_hz(),
+            position_m: pair(P::PositionLow, P::PositionHigh),
+            pressure_pa: pair(P::PressureLow, P::PressureHigh),
+            valve_v: pair(P::ValveLow, P::ValveHigh),
+            every: settings.telemetry_every(),
+        }
+    }
+
+    /// Those of a control law's parameters.
+    #[must_use]
+    pub fn of_parameters(parameters: &control::Parameters, every: u32) -> Self {
+        Self {
+            tick_hz: parameters.tick_hz,
+            position_m: parameters.position_range_m,
+            pressure_pa: parameters.pressure_range_pa,
+            valve_v: parameters.valve_range_v,
+            every,
+        }
+    }
+
+    /// Sends them.
+    pub fn send(&self) {
+        let ([y0, y1], [p0, p1], [u0, u1]) = (self.position_m, self.pressure_pa, self.valve_v);
+        defmt::info!(
+            "scales hz={=u32} y0={=f32} y1={=f32} p0={=f32} p1={=f32} u0={=f32} u1={=f32} every={=u32}",
+            self.tick_hz,
+            y0,
+            y1,
+            p0,
+            p1,
+            u0,
+            u1,
+            self.every,
+        );
+    }
+}
+
+/// Sends one record; `lost` is how many the queue has refused so far.
+pub fn send(record: &Record, lost: u32) {
+    let [position, a, b, supply] = record.codes;
+    let [sampled, controlled, written] = record.stamps;
+    defmt::info!(
+        "tick={=u32} seq={=u32} y={=u16} a={=u16} b={=u16} sup={=u16} dac={=u16} ref={=i32} mode={=u16} c1={=u16} c2={=u16} c3={=u16} lost={=u32}",
+        record.tick,
+        record.sequence,
+        position,
+        a,
+        b,
+        supply,
+        record.dac,
+        record.reference_bits,
+        record.mode,
+        sampled,
+        controlled,
+        written,
+        lost,
+    );
+    if record.event {
+        defmt::warn!("event tick={=u32} mode={=u16}", record.tick, record.mode);
+    }
+}
