@@ -12,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 pub mod fault;
+pub mod qemu;
 pub mod reliability;
 pub mod rig;
 mod runner;

@@ -1,0 +1,104 @@
+//! Every scenario under QEMU: the same DAC codes as on the desktop, and what a tick costs in instructions.
+//!
+//! Skipped with a message where QEMU or the target is missing.
+
+use firmware_core::lockstep::Counts;
+use scenarios::qemu::{QemuTarget, guest};
+use scenarios::{HostTarget, Sample, Scenario, Start, run_observed};
+use std::path::{Path, PathBuf};
+
+fn scenario_files() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).expect("scenarios").map(|entry| entry.expect("entry").path()).collect();
+    files.sort();
+    files
+}
+
+fn pipes(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("positioner-qemu-{}-{name}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+fn on_the_host(scenario: &Scenario) -> Vec<Sample> {
+    let state = match scenario.start {
+        Start::Armed => control::State::armed(),
+        Start::Boot => control::State::boot(None),
+    };
+    let mut host = HostTarget::new(
+        &scenario.rig_file().expect("rig"),
+        &scenario.parameters(&scenario.name).expect("parameters"),
+        scenario.monitor.enabled.then_some(&scenario.monitor.parameters),
+        scenario.output_delay_ticks,
+        state,
+    )
+    .expect("host target");
+    let mut samples = Vec::new();
+    run_observed(scenario, &mut host, |sample| samples.push(*sample)).expect("host run");
+    samples
+}
+
+/// The mode's word: how long a self-test still takes is not transmitted.
+fn word(sample: &Sample) -> (u16, String) {
+    (sample.dac, sample.mode.to_string())
+}
+
+#[test]
+fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recorded() {
+    let elf = match guest() {
+        Ok(elf) => elf,
+        Err(why) => {
+            println!("skipped: {why}");
+            return;
+        }
+    };
+    let mut worst = Counts::default();
+    let (mut ticks, mut law_sum, mut all_sum) = (0_u64, 0_u64, 0_u64);
+    println!("{:60} {:>6}  law: min mean max   with monitor: min mean max", "scenario", "ticks");
+    for file in scenario_files() {
+        let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
+        let host = on_the_host(&scenario);
+        let name = file.file_stem().expect("name").to_string_lossy().into_owned();
+        let mut target =
+            QemuTarget::start(elf, &scenario, &pipes(&name), None).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let mut tick = 0;
+        run_observed(&scenario, &mut target, |sample| {
+            assert_eq!(word(sample), word(&host[tick]), "{name}: tick {tick}");
+            tick += 1;
+        })
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(tick, host.len());
+        let counts = target.finish().unwrap_or_else(|error| panic!("{name}: {error}"));
+        println!(
+            "{name:60} {:6} {:5} {:5} {:5}   {:5} {:5} {:5}",
+            counts.ticks,
+            counts.law[0],
+            counts.law[1] / counts.ticks,
+            counts.law[2],
+            counts.all[0],
+            counts.all[1] / counts.ticks,
+            counts.all[2]
+        );
+        ticks += u64::from(counts.ticks);
+        law_sum += u64::from(counts.law[1]);
+        all_sum += u64::from(counts.all[1]);
+        worst.law[2] = worst.law[2].max(counts.law[2]);
+        worst.all[2] = worst.all[2].max(counts.all[2]);
+    }
+    let found = [law_sum / ticks, u64::from(worst.law[2]), all_sum / ticks, u64::from(worst.all[2])];
+    println!("{ticks} ticks; law mean {} max {}, with monitor mean {} max {}", found[0], found[1], found[2], found[3]);
+    assert!(found[1] <= 1500, "the control law's goal is 1500 instructions");
+    assert!(found[3] <= 5000, "the goal of everything is 5000 instructions");
+    let report = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench/instructions_per_tick.csv");
+    let text = std::fs::read_to_string(&report).unwrap_or_else(|error| panic!("{}: {error}", report.display()));
+    for ((name, recorded), found) in text.lines().skip(1).filter_map(|line| line.split_once(',')).zip(found) {
+        let recorded: u64 = recorded.trim().parse().unwrap_or_else(|_| panic!("{}: {name}", report.display()));
+        // An unexplained improvement is a change, too: bounded on both sides.
+        assert!(
+            found * 100 <= recorded * 110 && found * 110 >= recorded * 100,
+            "{name}: {found} instructions, recorded {recorded}; if the change is meant, write it to {}",
+            report.display()
+        );
+    }
+}
