@@ -176,6 +176,15 @@ impl ControlLoop {
         outputs
     }
 
+    /// As after a reset of the chip for `reason`, with the same setup: for lock-step comparison with the desktop.
+    pub fn reboot(&mut self, reason: Reason) {
+        self.state = State::boot(Some(reason));
+        self.disagreement = false;
+        if let Some(monitor) = &mut self.setup.monitor {
+            monitor.restart();
+        }
+    }
+
     /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick.
     #[inline]
     pub fn watch(&mut self) -> bool {

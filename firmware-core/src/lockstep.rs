@@ -22,6 +22,8 @@ pub const REFUSED: u8 = 0;
 pub const TICK: u8 = 1;
 /// First byte of the end.
 pub const END: u8 = 2;
+/// First byte of a watchdog reset; not answered.
+pub const WATCHDOG_RESET: u8 = 3;
 /// Bytes of a [`TickMessage`].
 pub const TICK_BYTES: usize = 16;
 /// Bytes of an [`Answer`].

@@ -1,12 +1,13 @@
 //! The guest: setup, then tick for tick.
 
+use control::Reason;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use defmt_semihosting as _;
 use embassy_executor::Spawner;
 use embassy_futures::yield_now;
 use firmware_core::lockstep::{
-    ACCEPTED, Counts, READY, REFUSED, SETUP_BYTES, SetupMessage, TICK_BYTES, decode_tick, encode_answer,
+    ACCEPTED, Counts, READY, REFUSED, SETUP_BYTES, SetupMessage, TICK_BYTES, WATCHDOG_RESET, decode_tick, encode_answer,
 };
 use firmware_core::{ControlLoop, Record, Scales, mode_number, send_record};
 use heapless::spsc::{Consumer, Queue};
@@ -109,6 +110,10 @@ async fn main(spawner: Spawner) {
     loop {
         let mut message = [0; TICK_BYTES];
         read_all(&mut input, &mut message);
+        if message[0] == WATCHDOG_RESET {
+            control_loop.reboot(Reason::WatchdogReset);
+            continue;
+        }
         let Some(inputs) = decode_tick(&message) else { break };
         let start = SYST::get_current();
         let outputs = control_loop.step(inputs);

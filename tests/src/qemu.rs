@@ -8,8 +8,8 @@ use crate::scenario::{Scenario, Start};
 use crate::target::{Target, TargetError, TickOutput};
 use control::{DacCode, Inputs};
 use firmware_core::lockstep::{
-    ACCEPTED, ANSWER_BYTES, COUNTS_BYTES, Counts, END, READY, SetupMessage, TICK_BYTES, decode_answer, effect_numbers,
-    encode_setup, encode_tick, rig_numbers,
+    ACCEPTED, ANSWER_BYTES, COUNTS_BYTES, Counts, END, READY, SetupMessage, TICK_BYTES, WATCHDOG_RESET, decode_answer,
+    effect_numbers, encode_setup, encode_tick, rig_numbers,
 };
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -210,5 +210,10 @@ impl Target for QemuTarget {
         let answer: [u8; ANSWER_BYTES] = self.receive()?;
         let (dac, mode) = decode_answer(answer).ok_or_else(|| TargetError(format!("the guest answered {answer:?}")))?;
         Ok(TickOutput { dac: DacCode(dac), mode })
+    }
+    fn watchdog_reset(&mut self) -> Result<(), TargetError> {
+        let mut message = [0; TICK_BYTES];
+        message[0] = WATCHDOG_RESET;
+        self.send(&message)
     }
 }
