@@ -143,7 +143,7 @@ impl ControlLoop {
             faults,
         };
         let outputs = self.step(inputs);
-        self.dac = outputs.dac.0;
+        let held = core::mem::replace(&mut self.dac, outputs.dac.0);
         self.reference = outputs.telemetry.reference;
         self.tick = self.tick.wrapping_add(1);
         let mode = mode_number(outputs.mode);
@@ -157,6 +157,7 @@ impl ControlLoop {
             sequence: self.sequence,
             codes,
             dac: self.dac,
+            held,
             reference_bits: self.reference.to_bits(),
             mode,
             event,

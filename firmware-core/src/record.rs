@@ -11,8 +11,10 @@ pub struct Record {
     pub sequence: u32,
     /// Position, p_a, p_b, p_sup, 0..=65 535.
     pub codes: [u16; 4],
-    /// What the control law wants of the valve, 0..=4095.
+    /// What the control law wants of the valve, 0..=4095; takes effect one tick later.
     pub dac: u16,
+    /// What the valve holds from this sample to the next: the code of the tick before.
+    pub held: u16,
     /// Setpoint after the limiter, m · 2^28.
     pub reference_bits: i32,
     /// See [`mode_number`].

@@ -69,7 +69,7 @@ pub fn send(record: &Record, lost: u32) {
     let [position, a, b, supply] = record.codes;
     let [sampled, controlled, written] = record.stamps;
     defmt::info!(
-        "tick={=u32} seq={=u32} y={=u16} a={=u16} b={=u16} sup={=u16} dac={=u16} ref={=i32} mode={=u16} c1={=u16} c2={=u16} c3={=u16} lost={=u32}",
+        "tick={=u32} seq={=u32} y={=u16} a={=u16} b={=u16} sup={=u16} dac={=u16} held={=u16} ref={=i32} mode={=u16} c1={=u16} c2={=u16} c3={=u16} lost={=u32}",
         record.tick,
         record.sequence,
         position,
@@ -77,6 +77,7 @@ pub fn send(record: &Record, lost: u32) {
         b,
         supply,
         record.dac,
+        record.held,
         record.reference_bits,
         record.mode,
         sampled,

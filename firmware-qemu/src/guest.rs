@@ -88,6 +88,7 @@ async fn main(spawner: Spawner) {
     let message = must(buffer.get_mut(..usize::from(u16::from_le_bytes(length))).ok_or(()), "take a setup this long");
     read_all(&mut input, message);
     let setup = firmware_core::lockstep::decode_setup(message);
+    let delayed = setup.as_ref().is_some_and(|setup: &SetupMessage| setup.output_delay_ticks > 0);
     let every = setup.as_ref().map_or(0, |setup: &SetupMessage| setup.every);
     if let (Some(setup), true) = (&setup, every > 0) {
         Scales::of_parameters(&setup.parameters, every).send();
@@ -107,6 +108,7 @@ async fn main(spawner: Spawner) {
     let mut control_loop = ControlLoop::in_state(setup, state);
     let mut counts = Counts::default();
     let (mut tick, mut sequence, mut last_mode) = (0_u32, 0_u32, u16::MAX);
+    let mut last_dac = control_loop.safe_code();
     loop {
         let mut message = [0; TICK_BYTES];
         read_all(&mut input, &mut message);
@@ -138,6 +140,7 @@ async fn main(spawner: Spawner) {
                     inputs.supply.map_or(0, |code| code.0),
                 ],
                 dac: outputs.dac.0,
+                held: if delayed { last_dac } else { outputs.dac.0 },
                 reference_bits: outputs.telemetry.reference.to_bits(),
                 mode,
                 event,
@@ -147,6 +150,7 @@ async fn main(spawner: Spawner) {
             // The telemetry task runs at the next yield: the queue cannot fill.
             let _ = records.enqueue(record);
         }
+        last_dac = outputs.dac.0;
         yield_now().await;
     }
     write_all(&mut output, &counts.to_bytes());

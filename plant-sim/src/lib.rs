@@ -16,6 +16,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod board;
 pub mod charts;
 pub mod closed_loop;
 pub mod controller;
@@ -26,6 +27,7 @@ pub mod paper;
 pub mod recording;
 pub mod stdio;
 pub mod sweep;
+pub mod telemetry;
 
 pub use closed_loop::{ClosedLoop, LoopError, LoopSettings, Noise};
 pub use metrics::{StepMetrics, StepObserver};

@@ -26,6 +26,8 @@ enum Command {
     Synthesize(commands::synthesize::Arguments),
     Experiment(commands::experiment::Arguments),
     Blind(commands::blind::Arguments),
+    Record(commands::record::Arguments),
+    Board(commands::board::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -41,6 +43,8 @@ fn main() -> ExitCode {
         Some(Command::Synthesize(arguments)) => commands::synthesize::run(&arguments),
         Some(Command::Experiment(arguments)) => commands::experiment::run(&arguments),
         Some(Command::Blind(arguments)) => commands::blind::run(&arguments),
+        Some(Command::Record(arguments)) => commands::record::run(&arguments),
+        Some(Command::Board(arguments)) => commands::board::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,6 +3,8 @@
 //! Skipped with a message where QEMU or the target is missing.
 
 use firmware_core::lockstep::Counts;
+use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
+use rig_files::Log;
 use scenarios::qemu::{QemuTarget, guest};
 use scenarios::{HostTarget, Sample, Scenario, Start, run_observed};
 use std::path::{Path, PathBuf};
@@ -101,4 +103,58 @@ fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recor
             report.display()
         );
     }
+}
+
+#[test]
+fn a_recorded_stream_of_the_running_firmware_becomes_a_log_with_every_sample_and_losses_become_gaps() {
+    let elf = match guest() {
+        Ok(elf) => elf,
+        Err(why) => {
+            println!("skipped: {why}");
+            return;
+        }
+    };
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/paper_b_does_not_overshoot.toml");
+    let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
+    let stream = std::env::temp_dir().join(format!("positioner-telemetry-{}.bin", std::process::id()));
+    let mut target =
+        QemuTarget::start(elf, &scenario, &pipes("telemetry"), Some((&stream, 1))).unwrap_or_else(|e| panic!("{e}"));
+    let mut samples = Vec::new();
+    run_observed(&scenario, &mut target, |sample| samples.push(*sample)).expect("run");
+    target.finish().expect("end");
+    let bytes = std::fs::read(&stream).expect("stream");
+    let _ = std::fs::remove_file(&stream);
+
+    let elf_bytes = std::fs::read(elf).expect("guest");
+    let table = format_table(&elf_bytes, "firmware-qemu").expect("formats");
+    let record = |bytes: &[u8]| {
+        let mut decoder = table.new_stream_decoder();
+        let (mut recorder, mut remarks) = (Recorder::new(), Vec::new());
+        for chunk in bytes.chunks(1000) {
+            decode(decoder.as_mut(), chunk, &mut recorder, &mut remarks);
+        }
+        (recorder, remarks)
+    };
+
+    let (whole, _) = record(&bytes);
+    println!("{} bytes, {:?}", bytes.len(), whole.tally);
+    assert_eq!(whole.tally.records as usize, samples.len());
+    assert_eq!((whole.tally.lost, whole.tally.malformed), (0, 0));
+    let log = Log::parse(whole.log().to_csv().into_bytes(), "recorded.csv").expect("a log that plant-sim reads");
+    assert!(log.gaps().is_empty(), "{:?}", log.gaps());
+    let io = &scenario.rig_file().expect("rig").io;
+    for (row, sample) in samples.iter().enumerate() {
+        assert_eq!(io.position().code(log.y_m[row]), u32::from(sample.codes[0]), "row {row}");
+        let p_b = log.p_b_pa.as_ref().expect("p_b")[row];
+        assert_eq!(io.pressure().code(p_b), u32::from(sample.codes[2]), "row {row}");
+    }
+
+    // Two kilobytes fall out of the stream: the records in them are missing, counted, and a gap in the log.
+    let cut = [&bytes[..100_000], &bytes[102_000..]].concat();
+    let (torn, remarks) = record(&cut);
+    assert!(torn.tally.lost > 10, "{:?}", torn.tally);
+    assert!(remarks.iter().any(|remark| matches!(remark, Remark::Lost(..))));
+    assert!(torn.tally.records + torn.tally.lost >= samples.len() as u64 - 1);
+    let log = Log::parse(torn.log().to_csv().into_bytes(), "torn.csv").expect("a log");
+    assert!(!log.gaps().is_empty());
 }

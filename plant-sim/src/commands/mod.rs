@@ -1,11 +1,13 @@
 //! One file per subcommand: its arguments, and what it does.
 
 pub(crate) mod blind;
+pub(crate) mod board;
 pub(crate) mod controller;
 pub(crate) mod experiment;
 pub(crate) mod import;
 pub(crate) mod paper;
 pub(crate) mod plot;
+pub(crate) mod record;
 pub(crate) mod run;
 pub(crate) mod simulate;
 pub(crate) mod sweep;

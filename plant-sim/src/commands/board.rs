@@ -1,0 +1,209 @@
+//! `plant-sim board`: commands to the board over its virtual COM port.
+
+use super::CliError;
+use board_link::{Command, Generator, Parameter, Reply, Shape};
+use plant_sim::board::{BoardError, Client};
+use std::time::Duration;
+
+/// Talk to a board: state, setpoints, parameters.
+///
+/// The board answers only while its firmware runs; telemetry does not come this way (see `plant-sim record`).
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = "EXAMPLE: position the cylinder\n  \
+    plant-sim board --port /dev/ttyACM0 status\n  \
+    plant-sim board --port /dev/ttyACM0 arm\n  \
+    plant-sim board --port /dev/ttyACM0 hold 0.045\n  \
+    plant-sim board --port /dev/ttyACM0 disarm")]
+pub(crate) struct Arguments {
+    /// The ST-LINK's virtual COM port, e.g. /dev/ttyACM0, /dev/cu.usbmodem…, COM3
+    #[arg(long, value_name = "PORT", default_value = "/dev/ttyACM0")]
+    port: String,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(clap::Subcommand, Debug)]
+enum Action {
+    /// Firmware, board and tick rate
+    Version,
+    /// State, readings and counters
+    Status,
+    /// Idle → run; the piston holds its place
+    Arm,
+    /// Run → idle; valve to mid
+    Disarm,
+    /// Acknowledge a safe state: self-test, then idle
+    Acknowledge,
+    /// Hold a position
+    Hold {
+        /// From mid-stroke, m
+        #[arg(allow_negative_numbers = true)]
+        position_m: f64,
+    },
+    /// Square wave
+    Step(Motion),
+    /// Triangle wave
+    Ramp(Motion),
+    /// Sine
+    Sine(Motion),
+    /// The identification sequence made for the diagnosis
+    Identify(Motion),
+    /// Read one parameter, or all
+    Get {
+        /// Name, e.g. gain_v_per_m; all without
+        name: Option<String>,
+    },
+    /// Change a parameter until the next restart
+    Set {
+        /// Name, e.g. gain_v_per_m
+        name: String,
+        /// Value, SI units
+        #[arg(allow_negative_numbers = true)]
+        value: f32,
+    },
+    /// Write all parameters to flash
+    Save,
+    /// Back to the defaults (not saved)
+    Defaults,
+    /// Bench mode: the on-board model in place of sensors and valve
+    Bench {
+        /// on or off
+        #[arg(value_parser = ["on", "off"])]
+        switch: String,
+    },
+    /// The message of the last panic or fault
+    LastFault,
+    /// Restart the board
+    Restart,
+    /// List all parameters with range, default and meaning (no board needed)
+    Parameters,
+}
+
+#[derive(clap::Args, Debug)]
+struct Motion {
+    /// Centre of the motion, m from mid-stroke
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "M")]
+    centre: f64,
+    /// Half the peak-to-peak motion, m
+    #[arg(long, default_value_t = 0.05, value_name = "M")]
+    amplitude: f64,
+    /// One period, s (for the identification sequence, all of it)
+    #[arg(long, default_value_t = 40.0, value_name = "S")]
+    period: f64,
+}
+
+/// Rounds to whole thousandths or millionths of a unit; a cast saturates, and the board checks the range.
+fn whole(value: f64, per_unit: f64) -> i32 {
+    (value * per_unit).round() as i32
+}
+
+impl Motion {
+    fn generator(&self, shape: Shape) -> Result<Command, CliError> {
+        for (option, value) in [("--centre", self.centre), ("--amplitude", self.amplitude), ("--period", self.period)] {
+            if !value.is_finite() {
+                return Err(CliError::Usage(format!("{option} must be a number")));
+            }
+        }
+        Ok(Command::Generate(Generator::Repeat {
+            shape,
+            centre_um: whole(self.centre, 1.0e6),
+            amplitude_um: whole(self.amplitude, 1.0e6),
+            period_ms: (self.period * 1.0e3).round() as u32,
+        }))
+    }
+}
+
+fn parameter(name: &str) -> Result<Parameter, CliError> {
+    Parameter::from_name(name).ok_or_else(|| {
+        let known = Parameter::ALL.map(|parameter| parameter.info().name);
+        let hint =
+            rig_files::closest(name, known).map_or_else(String::new, |close| format!(" Did you mean `{close}`?"));
+        CliError::Usage(format!("there is no parameter `{name}`.{hint} `plant-sim board parameters` lists them"))
+    })
+}
+
+fn failed(error: BoardError) -> CliError {
+    CliError::Failed(error.to_string())
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let command = match &arguments.action {
+        Action::Parameters => {
+            for parameter in Parameter::ALL {
+                let info = parameter.info();
+                println!(
+                    "{:34} {:>12} ({} … {})  {}",
+                    info.name,
+                    info.default,
+                    info.low,
+                    info.high,
+                    parameter.meaning()
+                );
+            }
+            return Ok(());
+        }
+        Action::Version => Command::Version,
+        Action::Status => Command::Status,
+        Action::Arm => Command::Arm,
+        Action::Disarm => Command::Disarm,
+        Action::Acknowledge => Command::Acknowledge,
+        Action::Hold { position_m } if position_m.is_finite() => {
+            Command::Generate(Generator::Hold { position_um: whole(*position_m, 1.0e6) })
+        }
+        Action::Hold { .. } => return Err(CliError::Usage("the position must be a number (metres)".into())),
+        Action::Step(motion) => motion.generator(Shape::Step)?,
+        Action::Ramp(motion) => motion.generator(Shape::Ramp)?,
+        Action::Sine(motion) => motion.generator(Shape::Sine)?,
+        Action::Identify(motion) => motion.generator(Shape::Identification)?,
+        Action::Get { name: Some(name) } => Command::Get(parameter(name)?),
+        Action::Get { name: None } => Command::Status,
+        Action::Set { name, value } => Command::Set(parameter(name)?, *value),
+        Action::Save => Command::Save,
+        Action::Defaults => Command::Defaults,
+        Action::Bench { switch } => Command::Bench { on: switch == "on" },
+        Action::LastFault => Command::LastFault,
+        Action::Restart => Command::Restart,
+    };
+    let port =
+        serialport::new(&arguments.port, 115_200).timeout(Duration::from_millis(50)).open().map_err(|error| {
+            CliError::Failed(format!(
+                "{}: {error}; is the board plugged in, and may you use the port (Linux: group dialout)?",
+                arguments.port
+            ))
+        })?;
+    let mut client = Client::open(port, std::process::id()).map_err(failed)?;
+    if matches!(arguments.action, Action::Get { name: None }) {
+        for parameter in Parameter::ALL {
+            if let Reply::Value(value) = client.ask(Command::Get(parameter)).map_err(failed)? {
+                println!("{:34} {value}", parameter.info().name);
+            }
+        }
+        return Ok(());
+    }
+    show(&client.ask(command).map_err(failed)?);
+    Ok(())
+}
+
+fn show(reply: &Reply) {
+    match reply {
+        Reply::Done => println!("done"),
+        Reply::Value(value) => println!("{value}"),
+        Reply::Text(text) if text.is_empty() => println!("no fault on record"),
+        Reply::Text(text) => println!("{text}"),
+        Reply::Version(version) => {
+            println!("firmware {} on {}, {} ticks per second", version.firmware, version.board, version.tick_hz);
+        }
+        Reply::Status(status) => {
+            let [y, a, b, supply] = status.codes;
+            println!("state        {}{}", status.state, if status.bench { " (bench)" } else { "" });
+            println!("ticks        {}", status.ticks);
+            println!("codes        position {y}, p_a {a}, p_b {b}, supply {supply}; valve {}", status.dac_code);
+            println!("setpoint     {:.6} m", f64::from(status.setpoint_um) * 1.0e-6);
+            println!(
+                "tick         worst {} cycles; {} overruns, {} late",
+                status.worst_cycles, status.overruns, status.late_ticks
+            );
+            println!("lost         {} telemetry records, {} bad frames", status.telemetry_lost, status.bad_frames);
+        }
+    }
+}
