@@ -7,9 +7,9 @@ pub struct StepMetrics {
     pub rise_s: Option<f64>,
     /// Beyond the target, as a part of the step.
     pub overshoot: f64,
-    /// After this time the error stays within 2 % of the step, s.
+    /// After this time the error stays within 2 % of the step, for at least the last tenth of the run, s.
     pub settling_2_percent_s: Option<f64>,
-    /// After this time the error stays within 0.1 mm, s.
+    /// The same for 0.1 mm, s.
     pub settling_0_1_mm_s: Option<f64>,
     /// Mean of target minus position over the last third, m.
     pub steady_error_m: f64,
@@ -105,8 +105,8 @@ impl StepObserver {
     pub fn metrics(&self) -> StepMetrics {
         let settled = |last_outside: Option<f64>| match last_outside {
             None => Some(0.0),
-            // Outside at the very end means: not settled.
-            Some(t_s) if t_s >= self.last_t_s => None,
+            // Passing through the band is not settling: it has to hold for the last tenth of the run.
+            Some(t_s) if t_s > 0.9 * self.last_t_s => None,
             Some(t_s) => Some(t_s),
         };
         let tail = self.tail_count > 0;
@@ -141,6 +141,12 @@ mod tests {
         assert!((metrics.rise_s.expect("rises") - 9.0_f64.ln()).abs() < 2e-3);
         assert!((metrics.settling_2_percent_s.expect("settles") - 50.0_f64.ln()).abs() < 2e-3);
         assert_eq!((metrics.overshoot, metrics.crossings), (0.0, 0));
+    }
+
+    #[test]
+    fn crossing_the_target_just_before_the_end_is_not_settling() {
+        let metrics = observe(2.0, |t| if t < 1.95 { 0.5 } else { 1.0 });
+        assert_eq!((metrics.settling_2_percent_s, metrics.settling_0_1_mm_s), (None, None));
     }
 
     #[test]

@@ -56,10 +56,11 @@
         ctx.setLineDash(s.dashed ? [6 * ratio, 4 * ratio] : []);
         ctx.beginPath();
         let pen = false;
+        const radius = (x.length > 500 ? 1.2 : 2.2) * ratio;
         for (let k = 0; k < x.length; k++) {
           if (x[k] === null || y[k] === null) { pen = false; continue; }
           const px = u.valToPos(x[k], "x", true), py = u.valToPos(y[k], "y", true);
-          if (s.style === "dots") { ctx.rect(px - 1.2 * ratio, py - 1.2 * ratio, 2.4 * ratio, 2.4 * ratio); }
+          if (s.style === "dots") { ctx.rect(px - radius, py - radius, 2 * radius, 2 * radius); }
           else if (pen) ctx.lineTo(px, py);
           else { ctx.moveTo(px, py); pen = true; }
         }

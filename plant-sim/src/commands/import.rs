@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     log.write(&arguments.out)?;
-    println!("{}: {}", arguments.out.display(), describe(&log));
+    say!("{}: {}", arguments.out.display(), describe(&log));
     Ok(())
 }
 

@@ -1,5 +1,13 @@
 //! One file per subcommand: its arguments, and what it does.
 
+/// Prints a line; unlike `println!` it does not panic when the reader (`head`, a pager) has gone away.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 pub(crate) mod blind;
 pub(crate) mod board;
 pub(crate) mod controller;

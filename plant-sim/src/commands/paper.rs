@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
          `docs/model.md` says what is used instead.",
     );
     for figure in figures() {
-        println!("Fig. {}: {}", figure.number, figure.title);
+        say!("Fig. {}: {}", figure.number, figure.title);
         page.section(format!("Fig. {}: {}", figure.number, figure.title)).text(figure.setting);
         let mut table = Table::new(["the paper says", "verdict", "evidence"]);
         for claim in &figure.claims {
@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 Verdict::BorneOut => "borne out",
                 Verdict::NotBorneOut => "NOT borne out",
             };
-            println!("  {verdict}: {} — {}", claim.statement, claim.evidence);
+            say!("  {verdict}: {} — {}", claim.statement, claim.evidence);
             table.row([claim.statement, verdict, &claim.evidence]);
         }
         page.table(table);
@@ -51,6 +51,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let path = arguments.out.join("paper.html");
     write_file(&path, |out| out.write_all(page.to_html().as_bytes()))?;
-    println!("\nReport: {}", path.display());
+    say!("\nReport: {}", path.display());
     Ok(())
 }

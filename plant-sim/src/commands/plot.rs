@@ -49,11 +49,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("html"));
     write_file(&out, |file| file.write_all(page.to_html().as_bytes()))?;
-    println!("{}", out.display());
+    say!("{}", out.display());
     if let Some(path) = &arguments.svg {
         let picture = svg(&plots, 1, 900).map_err(|error| CliError::Failed(error.to_string()))?;
         write_file(path, |file| file.write_all(picture.as_bytes()))?;
-        println!("{}", path.display());
+        say!("{}", path.display());
     }
     Ok(())
 }

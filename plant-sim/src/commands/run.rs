@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
 
     let table = table(&runs);
-    println!("{}", super::text_table(&table));
+    say!("{}", super::text_table(&table));
     warn_if_safe(&runs);
 
     super::make_folder(&arguments.out)?;
@@ -86,13 +86,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     write_file(&report, |out| out.write_all(page.to_html().as_bytes()))?;
     let picture = arguments.out.join("run.svg");
     write_file(&picture, |out| out.write_all(picture_of(&runs, arguments)?.as_bytes()))?;
-    println!("Report:  {}", report.display());
-    println!("Picture: {}", picture.display());
+    say!("Report:  {}", report.display());
+    say!("Picture: {}", picture.display());
     if arguments.logs {
         for run in &runs {
             let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name)));
             run.recording.to_log().write(&path)?;
-            println!("Log:     {}", path.display());
+            say!("Log:     {}", path.display());
         }
     }
     Ok(())

@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Usage(text));
     }
     super::make_folder(&arguments.out)?;
-    println!("{} runs of {} s, seed {}", jobs.len(), arguments.duration, arguments.seed);
+    say!("{} runs of {} s, seed {}", jobs.len(), arguments.duration, arguments.seed);
 
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
@@ -110,9 +110,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     let table = summary(&done);
-    println!("{}", super::text_table(&table));
+    say!("{}", super::text_table(&table));
     let factor = done.len() as f64 * arguments.duration / elapsed_s;
-    println!(
+    say!(
         "{} runs in {elapsed_s:.2} s on {} threads: {factor:.0} times real time",
         done.len(),
         pool.current_num_threads()
@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let html = arguments.out.join("sweep.html");
     let page = page(arguments, &keys, &done, table);
     write_file(&html, |out| out.write_all(page.to_html().as_bytes()))?;
-    println!("Results: {}\nReport:  {}", csv.display(), html.display());
+    say!("Results: {}\nReport:  {}", csv.display(), html.display());
     if done.len() < jobs.len() {
         let text = format!("interrupted: {} of {} runs are in the results", done.len(), jobs.len());
         return Err(CliError::Failed(text));
@@ -283,7 +283,9 @@ fn page(arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)], table: T
     for (at, key) in keys.iter().enumerate().take(arguments.vary.len()) {
         page.section(format!("Against {}", key.name()));
         let x: Vec<f64> = done.iter().map(|(job, _)| job.values[at]).collect();
-        let plots = FIGURES.iter().filter(|(name, _)| *name != "crossings").map(|(name, figure)| {
+        let happened = |figure: fn(&StepMetrics) -> Option<f64>| column(done, figure).iter().any(|y| y.is_finite());
+        let shown = FIGURES.iter().filter(|(name, figure)| *name != "crossings" && happened(*figure));
+        let plots = shown.map(|(name, figure)| {
             let plot = Plot::new(name.replace('_', " "), key.name(), *name).height_px(240);
             plot.with(Series::dots(*name, x.clone(), column(done, *figure)))
         });
