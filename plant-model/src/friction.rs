@@ -27,6 +27,8 @@ pub struct LuGre<R> {
     pub inverse_stribeck_velocity: R,
     /// `z_ba`, m.
     pub breakaway_m: R,
+    /// Up to this deflection `alpha` is zero whatever the velocity: the sliding force need not be known.
+    pub elastic_m: R,
 }
 
 /// Steady-state sliding force `g` in N and its derivative by velocity.
@@ -67,9 +69,28 @@ pub(crate) struct Switch<R> {
 /// Beyond this exponent the Stribeck term is below the rounding of the Coulomb force.
 const NEGLIGIBLE_EXPONENT: f64 = 40.0;
 /// `z_ba` counts as no more than this part of `z_max` (3.13).
-const LARGEST_BREAKAWAY_RATIO: f64 = 0.95;
+pub(crate) const LARGEST_BREAKAWAY_RATIO: f64 = 0.95;
 
 impl<R: Real> LuGre<R> {
+    /// Whether `alpha` is zero for certain, without looking at the sliding force.
+    #[inline(always)]
+    pub(crate) fn is_elastic(&self, z: R, v: R) -> bool {
+        let deflecting = v * z > R::ZERO;
+        !deflecting || z.abs() <= self.elastic_m
+    }
+
+    /// Force and bristle rate where [`LuGre::is_elastic`].
+    #[inline(always)]
+    pub(crate) fn elastic_response(&self, z: R, v: R) -> Response<R> {
+        Response {
+            force_n: self.stiffness * z + self.damping * v + self.viscous * v,
+            bristle_rate: v,
+            rate_by_velocity: R::ONE,
+            rate_by_bristle: R::ZERO,
+            rate_by_level: R::ZERO,
+        }
+    }
+
     /// `g(v)` of (3.11).
     #[inline]
     #[must_use]

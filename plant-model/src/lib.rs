@@ -18,6 +18,7 @@
 extern crate std;
 
 mod chamber;
+mod coefficients;
 mod command_path;
 pub mod dead_zone;
 pub mod effects;
@@ -25,14 +26,16 @@ pub mod friction;
 mod plant;
 mod real;
 mod rig;
+mod right_hand_side;
 mod rosenbrock;
 mod sensors;
 mod simulator;
 mod stepper;
 pub mod valve_flow;
 
+pub use coefficients::Coefficients;
 pub use effects::{Effect, Effects};
-pub use plant::{Coefficients, Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
+pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{Cylinder, Friction, Gas, Load, ParameterError, Rig, Supply, Valve};
 pub use sensors::Measurement;

@@ -6,8 +6,9 @@
 //! would still integrate, but at a lower order that the error estimate does not see: a test compares with finite
 //! differences.
 
-use crate::plant::{Drive, Jacobian, Plant, State};
+use crate::plant::{Plant, State};
 use crate::real::Real;
+use crate::right_hand_side::{Drive, Jacobian};
 
 /// The linear systems of one step, `(2/h - J) k = r`, eliminated towards the velocity: `k_v` is a weighted sum of the
 /// right-hand side, everything else follows from `k_v`. All weights are computed once a step; a solution then costs
@@ -79,9 +80,9 @@ impl<R: Real> Extra<R> {
 
 impl<R: Real> Stages<R> {
     #[inline(always)]
-    fn new<const EXTENDED: bool>(plant: &Plant<R>, j: &Jacobian<R>, h: R, held: bool) -> Self {
+    fn new<const EXTENDED: bool>(plant: &Plant<R>, j: &Jacobian<R>, h: R, inverse_h: R, held: bool) -> Self {
         let zero = R::ZERO;
-        let diagonal = (R::ONE + R::ONE) / h;
+        let diagonal = inverse_h + inverse_h;
         let inverse_y = h * R::HALF;
         let mut extra = Extra::default();
         let (diagonal_a, diagonal_b) = (diagonal - j.a_a, diagonal - j.b_b);
@@ -192,6 +193,26 @@ impl<R: Real> Stages<R> {
 }
 
 impl<R: Real> State<R> {
+    /// `factor self`, field by field.
+    #[inline(always)]
+    fn times<const EXTENDED: bool>(&self, factor: R) -> Self {
+        let mut product = Self {
+            y_m: factor * self.y_m,
+            v_m_per_s: factor * self.v_m_per_s,
+            p_a_pa: factor * self.p_a_pa,
+            p_b_pa: factor * self.p_b_pa,
+            z_m: factor * self.z_m,
+            ..Self::default()
+        };
+        if EXTENDED {
+            product.spool_v = factor * self.spool_v;
+            product.p_sup_pa = factor * self.p_sup_pa;
+            product.p_a_sensed_pa = factor * self.p_a_sensed_pa;
+            product.p_b_sensed_pa = factor * self.p_b_sensed_pa;
+        }
+        product
+    }
+
     /// `self + factor other`, field by field.
     #[inline(always)]
     fn plus<const EXTENDED: bool>(&self, factor: R, other: &Self) -> Self {
@@ -212,7 +233,9 @@ impl<R: Real> State<R> {
 }
 
 /// One step of Rodas3: the new state and the difference to the embedded second-order solution.
-#[inline]
+///
+/// The second stage enters only as `(k1 - k2)/h`, which is `-4/h^2` times the solution for the right-hand side `k1`.
+#[inline(always)]
 pub(crate) fn rodas3<R: Real, const EXTENDED: bool>(
     plant: &Plant<R>,
     state: &State<R>,
@@ -221,17 +244,17 @@ pub(crate) fn rodas3<R: Real, const EXTENDED: bool>(
     h: R,
 ) -> (State<R>, State<R>) {
     let (f, jacobian) = plant.linearise::<EXTENDED>(state, drive, held);
-    let stages = Stages::new::<EXTENDED>(plant, &jacobian, h, held);
-    let one = R::ONE / h;
+    let inverse_h = R::ONE / h;
+    let stages = Stages::new::<EXTENDED>(plant, &jacobian, h, inverse_h, held);
     let two = R::ONE + R::ONE;
     let k1 = stages.solve::<EXTENDED>(&f);
-    let k2 = stages.solve::<EXTENDED>(&f.plus::<EXTENDED>((two + two) * one, &k1));
+    let change = stages.solve::<EXTENDED>(&k1).times::<EXTENDED>(-(two + two) * inverse_h * inverse_h);
     let base = state.plus::<EXTENDED>(two, &k1);
     let f3 = plant.rates::<EXTENDED>(&base, drive, held);
-    let k3 = stages.solve::<EXTENDED>(&f3.plus::<EXTENDED>(one, &k1).plus::<EXTENDED>(-one, &k2));
+    let k3 = stages.solve::<EXTENDED>(&change.plus::<EXTENDED>(R::ONE, &f3));
     let inner = base.plus::<EXTENDED>(R::ONE, &k3);
     let f4 = plant.rates::<EXTENDED>(&inner, drive, held);
-    let r4 = f4.plus::<EXTENDED>(one, &k1).plus::<EXTENDED>(-one, &k2).plus::<EXTENDED>(R::of(-8.0 / 3.0) * one, &k3);
+    let r4 = change.plus::<EXTENDED>(R::of(-8.0 / 3.0) * inverse_h, &k3).plus::<EXTENDED>(R::ONE, &f4);
     let k4 = stages.solve::<EXTENDED>(&r4);
     (inner.plus::<EXTENDED>(R::ONE, &k4), k4)
 }
@@ -339,11 +362,11 @@ mod tests {
             let r = to_state(&right);
             if plant.is_extended() {
                 let (_, jacobian) = plant.linearise::<true>(&state, &drive, false);
-                let k = Stages::new::<true>(&plant, &jacobian, h, false).solve::<true>(&r);
+                let k = Stages::new::<true>(&plant, &jacobian, h, 1.0 / h, false).solve::<true>(&r);
                 check(k, &|x| plant.rates::<true>(x, &drive, false))?;
             } else {
                 let (_, jacobian) = plant.linearise::<false>(&state, &drive, false);
-                let k = Stages::new::<false>(&plant, &jacobian, h, false).solve::<false>(&r);
+                let k = Stages::new::<false>(&plant, &jacobian, h, 1.0 / h, false).solve::<false>(&r);
                 check(k, &|x| plant.rates::<false>(x, &drive, false))?;
             }
         }

@@ -1,6 +1,7 @@
 //! What the sensors make of the state: gain, offsets, and a position signal that comes late.
 
-use crate::plant::{Coefficients, State};
+use crate::coefficients::Coefficients;
+use crate::plant::State;
 use crate::real::Real;
 use heapless::Deque;
 

@@ -4,8 +4,9 @@
 //! where explicit Euler diverges above 90 us and Runge-Kutta 4 above 130 us. At a 1 kHz tick one step suffices but for
 //! breakaway, reversal and impact, which the error control finds.
 
-use crate::plant::{Drive, Inputs, Plant, State};
+use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
+use crate::right_hand_side::Drive;
 use crate::rosenbrock::rodas3;
 
 /// Accepted error of one step (Euclidean norm over the components), absolute, in the units of the state.

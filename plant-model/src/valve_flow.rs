@@ -102,7 +102,26 @@ fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
     (conductance * up * value, conductance * (value - slope * ratio), conductance * slope)
 }
 
+/// What an open orifice of the linear law connects a chamber to: flow is `conductance (pressure - p)` into the chamber.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Connection<R> {
+    /// kg/(s Pa).
+    pub(crate) conductance: R,
+    /// Supply or atmosphere, Pa absolute.
+    pub(crate) pressure_pa: R,
+}
+
 impl<R: Real> Orifices<R> {
+    /// The linear law (3.2, 3.3) at a given opening.
+    #[inline(always)]
+    pub(crate) fn connect(&self, filling: bool, magnitude: R, supply_pa: R, atmosphere_pa: R) -> Connection<R> {
+        if filling {
+            Connection { conductance: self.fill * magnitude, pressure_pa: supply_pa }
+        } else {
+            Connection { conductance: self.exhaust * magnitude, pressure_pa: atmosphere_pa }
+        }
+    }
+
     /// Flow into a chamber at pressure `p` through the open orifice (3.2, 3.3); all pressures Pa absolute.
     ///
     /// `filling` connects the chamber to the supply, otherwise it is connected to atmosphere.
@@ -112,16 +131,18 @@ impl<R: Real> Orifices<R> {
         if let Some(iso) = &self.iso6358 {
             return iso.inflow(filling, magnitude, p, supply, atmosphere);
         }
-        if filling {
-            let conductance = self.fill * magnitude;
-            Flow { mass_flow: (supply - p) * self.fill * magnitude, by_chamber: -conductance, by_supply: conductance }
-        } else {
-            let conductance = self.exhaust * magnitude;
-            Flow {
-                mass_flow: -((p - atmosphere) * self.exhaust * magnitude),
-                by_chamber: -conductance,
-                by_supply: R::ZERO,
-            }
+        self.connect(filling, magnitude, supply, atmosphere).inflow(filling, p)
+    }
+}
+
+impl<R: Real> Connection<R> {
+    /// Flow into a chamber at pressure `p`.
+    #[inline(always)]
+    pub(crate) fn inflow(&self, filling: bool, p: R) -> Flow<R> {
+        Flow {
+            mass_flow: self.conductance * (self.pressure_pa - p),
+            by_chamber: -self.conductance,
+            by_supply: if filling { self.conductance } else { R::ZERO },
         }
     }
 }

@@ -106,6 +106,17 @@ fn libm_is_exact_to_single_precision_where_micromath_is_off_by_up_to_percents() 
     }
 }
 
+#[test]
+fn the_own_exponential_is_exact_to_2_units_in_the_last_place() {
+    let mut worst = 0.0f64;
+    for k in 0..=1_000_000 {
+        let x = -f64::from(k) * 7.0e-5;
+        worst = worst.max((Real::exp(x) / x.exp() - 1.0).abs());
+    }
+    assert!(worst <= 2.0 * f64::EPSILON, "relative error {worst:e}");
+    assert!((Real::exp(0.0f64) - 1.0).abs() < f64::EPSILON);
+}
+
 fn trajectory<R: Real>(rig: &Rig<R>, stepper: Stepper<R>, sliding: bool) -> Vec<State<R>> {
     let plant = Plant::new(rig, &Effects::none()).unwrap();
     let p = rig.equilibrium_pressure_pa();

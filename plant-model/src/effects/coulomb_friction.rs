@@ -7,7 +7,7 @@
 //! Source: Canudas de Wit et al. 1995; worn or dry seals
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -7,7 +7,7 @@
 //! Source: Valdiero et al. 2011 (3.3); clogged supply filter or undersized fitting
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -7,7 +7,7 @@
 //! Source: Armstrong-Helouvry et al. 1994; worn or bent bore, lead screw
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

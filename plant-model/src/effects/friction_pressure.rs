@@ -7,7 +7,7 @@
 //! Source: seal lips loaded by chamber pressure; Belforte et al. 2003
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

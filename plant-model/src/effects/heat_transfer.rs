@@ -7,7 +7,7 @@
 //! Source: polytropic process; Carneiro and de Almeida 2006
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -7,7 +7,7 @@
 //! Source: laminar seal or fitting leak; Beater 2007
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -31,7 +31,7 @@ mod valve_hysteresis;
 mod valve_lag;
 mod viscous_friction;
 
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
 

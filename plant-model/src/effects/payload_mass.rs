@@ -7,7 +7,7 @@
 //! Source: Newton; Valdiero et al. 2011 (3.8)
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -7,7 +7,7 @@
 //! Source: Stribeck curve (3.11); stiction after rest
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

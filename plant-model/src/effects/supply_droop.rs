@@ -7,7 +7,7 @@
 //! Source: receiver and regulator as a first-order source; Beater 2007
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -7,7 +7,7 @@
 //! Source: Festo MPYE catalogue: at most 0.4 % of stroke; Visintin 1994 (play operator)
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

@@ -7,7 +7,7 @@
 //! Source: Festo MPYE catalogue: -3 dB at 115/95/80/70 Hz full stroke
 
 use super::{Info, MAX_PARAMETERS, ParameterInfo};
-use crate::plant::Coefficients;
+use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 

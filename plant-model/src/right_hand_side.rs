@@ -1,0 +1,280 @@
+//! The right-hand side: every equation's rate and its partial derivatives, evaluated in one pass.
+
+use crate::chamber::Volume;
+use crate::friction::Level;
+use crate::plant::{Inputs, Plant, State};
+use crate::real::Real;
+use crate::valve_flow::{Connection, Opening};
+
+/// What the valve does during a step: known beforehand where the spool follows its command at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drive<R> {
+    pub(crate) command_v: R,
+    opening: Opening<R>,
+    connection_a: Connection<R>,
+    connection_b: Connection<R>,
+    external_force_n: R,
+    pub(crate) supply_pa: R,
+}
+
+/// Partial derivatives of the right-hand side, `ROW_COLUMN`: chamber pressures `a` and `b`, bristle `z`, velocity `v`,
+/// position `y`, spool, supply. The second block is zero in the paper's model.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Jacobian<R> {
+    pub(crate) a_a: R,
+    pub(crate) a_v: R,
+    pub(crate) a_y: R,
+    pub(crate) b_b: R,
+    pub(crate) b_v: R,
+    pub(crate) b_y: R,
+    pub(crate) z_z: R,
+    pub(crate) z_v: R,
+    /// By `p_a`; by `p_b` it is the opposite.
+    pub(crate) v_p: R,
+    pub(crate) v_z: R,
+    pub(crate) v_v: R,
+
+    pub(crate) a_b: R,
+    pub(crate) b_a: R,
+    pub(crate) z_y: R,
+    /// By either pressure.
+    pub(crate) z_p: R,
+    pub(crate) v_y: R,
+    /// By either pressure, through the sliding force.
+    pub(crate) v_level_p: R,
+    pub(crate) a_supply: R,
+    pub(crate) b_supply: R,
+    pub(crate) a_spool: R,
+    pub(crate) b_spool: R,
+    pub(crate) supply_supply: R,
+    pub(crate) supply_spool: R,
+    /// By the pressure of the chamber that is being filled.
+    pub(crate) supply_filled: R,
+}
+
+impl<R: Real> Plant<R> {
+    #[inline]
+    pub(crate) fn drive(&self, inputs: &Inputs<R>) -> Drive<R> {
+        let command_v = inputs.u_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
+        let opening = Opening::at(self.model.dead_zone.output_v(command_v));
+        let connect =
+            |filling| self.orifices.connect(filling, opening.magnitude, inputs.supply_pa, self.model.atmosphere_pa);
+        Drive {
+            command_v,
+            opening,
+            connection_a: connect(opening.fills_a),
+            connection_b: connect(!opening.fills_a),
+            external_force_n: inputs.external_force_n,
+            supply_pa: inputs.supply_pa,
+        }
+    }
+
+    /// Lets those additional states that are not in use follow their sources.
+    #[inline]
+    pub(crate) fn settle(&self, state: &mut State<R>, drive: &Drive<R>) {
+        if self.model.spool_time_constant_s <= R::ZERO {
+            state.spool_v = drive.command_v;
+        }
+        if self.model.droop_pa_s_per_kg == R::ZERO {
+            state.p_sup_pa = drive.supply_pa;
+        }
+        if self.model.pressure_time_constant_s <= R::ZERO {
+            state.p_a_sensed_pa = state.p_a_pa;
+            state.p_b_sensed_pa = state.p_b_pa;
+        }
+    }
+
+    #[inline]
+    fn opening<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Opening<R> {
+        if EXTENDED && self.model.spool_time_constant_s > R::ZERO {
+            Opening::at(self.model.dead_zone.output_v(state.spool_v))
+        } else {
+            drive.opening
+        }
+    }
+
+    /// Sliding force `g` with the effects of direction, position and pressure, and its derivatives by `y` and by the
+    /// sum of the pressures.
+    #[inline]
+    pub(crate) fn level<const EXTENDED: bool>(&self, state: &State<R>) -> (Level<R>, R, R) {
+        let plain = self.lugre.level(state.v_m_per_s);
+        if !EXTENDED || !self.level_varies {
+            return (plain, R::ZERO, R::ZERO);
+        }
+        let m = &self.model;
+        let angle = m.position_wave_number * state.y_m;
+        let (wave, wave_slope) = if m.position_amplitude == R::ZERO {
+            (R::ZERO, R::ZERO)
+        } else {
+            (m.position_amplitude * angle.sin(), m.position_amplitude * m.position_wave_number * angle.cos())
+        };
+        let direction = R::ONE + m.asymmetry * state.v_m_per_s.sign();
+        let place = R::ONE + m.position_slope * state.y_m + wave;
+        let factor = direction * place;
+        let gauge = state.p_a_pa + state.p_b_pa - m.atmosphere_pa - m.atmosphere_pa;
+        let (gauge, by_gauge) = if gauge > R::ZERO { (gauge, m.pressure_friction) } else { (R::ZERO, R::ZERO) };
+        let loaded = plain.force_n + m.pressure_friction * gauge;
+        let force_n = loaded * factor;
+        if force_n < self.minimum_level_n {
+            return (Level { force_n: self.minimum_level_n, by_velocity: R::ZERO }, R::ZERO, R::ZERO);
+        }
+        (
+            Level { force_n, by_velocity: plain.by_velocity * factor },
+            loaded * direction * (m.position_slope + wave_slope),
+            by_gauge * factor,
+        )
+    }
+
+    #[inline]
+    fn volumes(&self, y: R) -> (Volume<R>, Volume<R>) {
+        let m = &self.model;
+        (
+            Volume::of(m.volume_a0_m3 + m.area_m2 * y, m.area_m2, self.minimum_volume_m3),
+            Volume::of(m.volume_b0_m3 - m.area_m2 * y, m.area_m2, self.minimum_volume_m3),
+        )
+    }
+
+    /// Net force on the piston apart from friction, N.
+    #[inline]
+    fn driving_force(&self, state: &State<R>, drive: &Drive<R>) -> R {
+        let m = &self.model;
+        m.area_m2 * (state.p_a_pa - state.p_b_pa) - m.constant_force_n + drive.external_force_n
+    }
+
+    /// Rates of change. `held` keeps the piston at its end stop.
+    #[inline]
+    pub(crate) fn rates<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>, held: bool) -> State<R> {
+        self.evaluate::<EXTENDED, false>(state, drive, held).0
+    }
+
+    /// Rates of change with their partial derivatives.
+    #[inline]
+    pub(crate) fn linearise<const EXTENDED: bool>(
+        &self,
+        state: &State<R>,
+        drive: &Drive<R>,
+        held: bool,
+    ) -> (State<R>, Jacobian<R>) {
+        self.evaluate::<EXTENDED, true>(state, drive, held)
+    }
+
+    #[inline(always)]
+    fn evaluate<const EXTENDED: bool, const PARTIALS: bool>(
+        &self,
+        state: &State<R>,
+        drive: &Drive<R>,
+        held: bool,
+    ) -> (State<R>, Jacobian<R>) {
+        let m = &self.model;
+        let (y, v, p_a, p_b) = (state.y_m, state.v_m_per_s, state.p_a_pa, state.p_b_pa);
+        let opening = self.opening::<EXTENDED>(state, drive);
+        let (fills_a, fills_b) = (opening.fills_a, !opening.fills_a);
+        let (valve_a, valve_b) = if EXTENDED {
+            let flow =
+                |filling, p| self.orifices.inflow(filling, opening.magnitude, p, state.p_sup_pa, m.atmosphere_pa);
+            (flow(fills_a, p_a), flow(fills_b, p_b))
+        } else {
+            (drive.connection_a.inflow(fills_a, p_a), drive.connection_b.inflow(fills_b, p_b))
+        };
+        let (mut into_a, mut into_b) = (valve_a.mass_flow, valve_b.mass_flow);
+        let (mut by_a, mut by_b) = (valve_a.by_chamber, valve_b.by_chamber);
+        if EXTENDED {
+            let crossing = m.leak_cross * (p_a - p_b);
+            into_a = into_a - crossing - m.leak_a * (p_a - m.atmosphere_pa);
+            into_b = into_b + crossing - m.leak_b * (p_b - m.atmosphere_pa);
+            by_a = by_a - m.leak_cross - m.leak_a;
+            by_b = by_b - m.leak_cross - m.leak_b;
+        }
+
+        let (volume_a, volume_b) = self.volumes(y);
+        let rate_a = volume_a.pressure_rate(m.exponent, self.energy, p_a, v, into_a, by_a);
+        let rate_b = volume_b.pressure_rate(m.exponent, self.energy, p_b, -v, into_b, by_b);
+
+        let (friction, level_by_y, level_by_p) = if !self.level_varies && self.lugre.is_elastic(state.z_m, v) {
+            (self.lugre.elastic_response(state.z_m, v), R::ZERO, R::ZERO)
+        } else {
+            let (level, by_y, by_p) = self.level::<EXTENDED>(state);
+            (self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level), by_y, by_p)
+        };
+        let acceleration = (self.driving_force(state, drive) - friction.force_n) * self.inverse_mass;
+
+        let mut rates = State {
+            y_m: if held { R::ZERO } else { v },
+            v_m_per_s: if held { R::ZERO } else { acceleration },
+            p_a_pa: rate_a.rate,
+            p_b_pa: rate_b.rate,
+            z_m: friction.bristle_rate,
+            ..State::default()
+        };
+        if EXTENDED {
+            if m.spool_time_constant_s > R::ZERO {
+                rates.spool_v = (drive.command_v - state.spool_v) / m.spool_time_constant_s;
+            }
+            if m.droop_pa_s_per_kg != R::ZERO {
+                let drawn = if opening.fills_a { valve_a.mass_flow } else { valve_b.mass_flow };
+                rates.p_sup_pa =
+                    (drive.supply_pa - m.droop_pa_s_per_kg * drawn - state.p_sup_pa) / m.droop_time_constant_s;
+            }
+            if m.pressure_time_constant_s > R::ZERO {
+                rates.p_a_sensed_pa = (p_a - state.p_a_sensed_pa) / m.pressure_time_constant_s;
+                rates.p_b_sensed_pa = (p_b - state.p_b_sensed_pa) / m.pressure_time_constant_s;
+            }
+        }
+
+        let mut jacobian = Jacobian::default();
+        if PARTIALS {
+            let zero = R::ZERO;
+            let damping = self.lugre.damping * self.inverse_mass;
+            jacobian.a_a = rate_a.by_pressure;
+            jacobian.a_v = rate_a.by_growth;
+            jacobian.a_y = rate_a.by_displacement;
+            jacobian.b_b = rate_b.by_pressure;
+            jacobian.b_v = -rate_b.by_growth;
+            jacobian.b_y = -rate_b.by_displacement;
+            jacobian.z_z = friction.rate_by_bristle;
+            jacobian.z_v = friction.rate_by_velocity;
+            jacobian.v_p = m.area_m2 * self.inverse_mass;
+            jacobian.v_z = -(self.lugre.stiffness * self.inverse_mass + damping * friction.rate_by_bristle);
+            jacobian.v_v = -(damping * friction.rate_by_velocity + self.lugre.viscous * self.inverse_mass);
+            if EXTENDED {
+                jacobian.z_y = friction.rate_by_level * level_by_y;
+                jacobian.z_p = friction.rate_by_level * level_by_p;
+                jacobian.v_y = -damping * jacobian.z_y;
+                jacobian.v_level_p = -damping * jacobian.z_p;
+                jacobian.a_b = m.leak_cross * rate_a.by_mass_flow;
+                jacobian.b_a = m.leak_cross * rate_b.by_mass_flow;
+                let (gain_a, gain_b) = if opening.magnitude > zero {
+                    let slope = opening.gain_per_v() * m.dead_zone.gain(state.spool_v) / opening.magnitude;
+                    (valve_a.mass_flow * slope, valve_b.mass_flow * slope)
+                } else {
+                    (zero, zero)
+                };
+                jacobian.a_supply = valve_a.by_supply * rate_a.by_mass_flow;
+                jacobian.b_supply = valve_b.by_supply * rate_b.by_mass_flow;
+                jacobian.a_spool = gain_a * rate_a.by_mass_flow;
+                jacobian.b_spool = gain_b * rate_b.by_mass_flow;
+                if m.droop_pa_s_per_kg != zero {
+                    let loss = -m.droop_pa_s_per_kg / m.droop_time_constant_s;
+                    let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
+                    jacobian.supply_supply = loss * drawn.by_supply - R::ONE / m.droop_time_constant_s;
+                    jacobian.supply_spool = loss * gain;
+                    jacobian.supply_filled = loss * drawn.by_chamber;
+                }
+            }
+        }
+        (rates, jacobian)
+    }
+
+    /// The end stop the piston rests against, if it does: −1 at −L/2, +1 at +L/2, and the force holds it there.
+    #[inline]
+    pub(crate) fn held_at_stop(&self, state: &State<R>, drive: &Drive<R>) -> bool {
+        let limit = self.model.half_stroke_m;
+        if state.y_m.abs() < limit || state.v_m_per_s != R::ZERO {
+            return false;
+        }
+        // The bristles were pushed towards the stop; held, they only keep what they have.
+        let outward = state.y_m.sign();
+        let force = self.driving_force(state, drive) - self.lugre.stiffness * state.z_m;
+        force * outward >= R::ZERO
+    }
+}
