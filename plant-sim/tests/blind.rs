@@ -56,7 +56,7 @@ fn a_constant_diagnosis_raises_alarms_and_a_case_is_replayed_by_its_name() {
     let again = blind(folder.path(), &program, &format!("--case {case} --keep kept"));
     assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
     assert!(String::from_utf8_lossy(&again.stdout).contains("false alarm"));
-    for kept in ["rig.toml", "log.csv", "truth.toml", "diagnosis/diagnosis.json"] {
+    for kept in ["rig.toml", "log.csv", "truth.toml", "diagnosis.json"] {
         assert!(folder.path().join("kept").join(kept).exists(), "{kept}");
     }
 }

@@ -11,8 +11,8 @@ use synthesis::blind::{Answer, Class, Entry, Nominal, Outcome, Plan, case_lines,
 /// Hide effects in synthetic logs, diagnose them, and score the diagnosis.
 ///
 /// Effect, strength, rig, experiment, noise, jitter and losses are drawn from a printed seed and kept from the diagnosis,
-/// which is a program of its own: it is started as `PROGRAM diagnose --rig R.toml --log L.csv --out DIR` and must write
-/// DIR/diagnosis.json, so that any other diagnosis can be scored by the same suite.
+/// which sees the rig file and the log alone. Any other diagnosis can be scored by the same suite: --diagnosis PROGRAM is
+/// started as `PROGRAM diagnose --rig R.toml --log L.csv --out DIR` and must write DIR/diagnosis.json.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim blind                                  # 52 logs per class, fresh seed\n  \
@@ -46,7 +46,7 @@ pub(crate) struct Arguments {
     /// Where to keep rig file, log, truth and diagnosis of that case
     #[arg(long, value_name = "DIR", requires = "case")]
     keep: Option<PathBuf>,
-    /// The diagnosis to score; by default this program
+    /// A program to score instead of this project's diagnosis
     #[arg(long, value_name = "PROGRAM")]
     diagnosis: Option<PathBuf>,
     /// Where to write the tables; beside it, as .csv, one line per case
@@ -85,12 +85,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         arguments.rigs.iter().map(|path| RigFile::read(path)).collect::<Result<_, _>>()?
     };
-    let program = match &arguments.diagnosis {
-        Some(program) => program.clone(),
-        None => std::env::current_exe().map_err(|error| CliError::Failed(format!("cannot find myself: {error}")))?,
-    };
     if let Some(plan) = arguments.case {
-        return one_case(arguments, plan, &rigs, &program);
+        return one_case(arguments, plan, &rigs);
     }
 
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
@@ -105,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left  {msg}") {
         bar.set_style(style);
     }
-    let diagnose = |rig: &RigFile, log: &Log| ask(&program, rig, log, None);
+    let diagnose = |rig: &RigFile, log: &Log| judge(arguments, rig, log);
     let done = |entry: &Entry| {
         if let Some(line) = bad_news(entry) {
             bar.println(line);
@@ -163,13 +159,13 @@ fn bad_news(entry: &Entry) -> Option<String> {
     Some(format!("{}  {word}: {hidden} → {said}", entry.plan))
 }
 
-fn one_case(arguments: &Arguments, plan: Plan, rigs: &[RigFile], program: &Path) -> Result<(), CliError> {
+fn one_case(arguments: &Arguments, plan: Plan, rigs: &[RigFile]) -> Result<(), CliError> {
     if let Some(folder) = &arguments.keep {
         std::fs::create_dir_all(folder).map_err(|error| CliError::Failed(format!("{}: {error}", folder.display())))?;
         let truth = plan.draw_on(rigs).truth_toml();
         write_file(&folder.join("truth.toml"), |file| file.write_all(truth.as_bytes()))?;
     }
-    let diagnose = |rig: &RigFile, log: &Log| ask(program, rig, log, arguments.keep.as_deref());
+    let diagnose = |rig: &RigFile, log: &Log| judge(arguments, rig, log);
     let entry = synthesis::blind::run_one(plan, rigs, &diagnose);
     print!("{}", case_lines(std::slice::from_ref(&entry)));
     if let Some(score) = &entry.score {
@@ -185,19 +181,37 @@ fn one_case(arguments: &Arguments, plan: Plan, rigs: &[RigFile], program: &Path)
     Ok(())
 }
 
-/// Lets a program diagnose a log, and reads its answer.
-fn ask(program: &Path, rig: &RigFile, log: &Log, keep: Option<&Path>) -> Result<Answer, String> {
+/// The diagnosis that is being scored.
+fn judge(arguments: &Arguments, rig: &RigFile, log: &Log) -> Result<Answer, String> {
     let temporary = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
-    let folder = keep.unwrap_or(temporary.path());
-    let (rig_path, log_path, out) = (folder.join("rig.toml"), folder.join("log.csv"), folder.join("diagnosis"));
-    rig.write(&rig_path).map_err(|error| error.to_string())?;
-    log.write(&log_path).map_err(|error| error.to_string())?;
+    let folder = arguments.keep.as_deref().unwrap_or(temporary.path());
+    if arguments.keep.is_some() || arguments.diagnosis.is_some() {
+        rig.write(&folder.join("rig.toml")).map_err(|error| error.to_string())?;
+        log.write(&folder.join("log.csv")).map_err(|error| error.to_string())?;
+    }
+    let json = match &arguments.diagnosis {
+        Some(program) => ask(program, folder)?,
+        None => {
+            let result = diagnosis::diagnose(rig, log, &|_| {}).map_err(|error| error.to_string())?;
+            serde_json::to_string_pretty(&result).map_err(|error| error.to_string())?
+        }
+    };
+    if arguments.keep.is_some() {
+        write_file(&folder.join("diagnosis.json"), |file| file.write_all(json.as_bytes()))
+            .map_err(|error| error.to_string())?;
+    }
+    Answer::from_json(&json).map_err(|error| error.to_string())
+}
+
+/// Lets a program diagnose the log in a folder; what it wrote.
+fn ask(program: &Path, folder: &Path) -> Result<String, String> {
+    let out = folder.join("diagnosis");
     let done = Command::new(program)
         .arg("diagnose")
         .arg("--rig")
-        .arg(&rig_path)
+        .arg(folder.join("rig.toml"))
         .arg("--log")
-        .arg(&log_path)
+        .arg(folder.join("log.csv"))
         .arg("--out")
         .arg(&out)
         .stdin(Stdio::null())
@@ -208,7 +222,5 @@ fn ask(program: &Path, rig: &RigFile, log: &Log, keep: Option<&Path>) -> Result<
         let says = String::from_utf8_lossy(&done.stderr);
         return Err(format!("{}: {}", done.status, says.lines().next().unwrap_or("no message")));
     }
-    let json =
-        std::fs::read_to_string(out.join("diagnosis.json")).map_err(|error| format!("diagnosis.json: {error}"))?;
-    Answer::from_json(&json).map_err(|error| error.to_string())
+    std::fs::read_to_string(out.join("diagnosis.json")).map_err(|error| format!("diagnosis.json: {error}"))
 }
