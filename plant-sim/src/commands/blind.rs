@@ -103,8 +103,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let diagnose = |rig: &RigFile, log: &Log| judge(arguments, rig, log);
     let done = |entry: &Entry| {
-        if let Some(line) = bad_news(entry) {
-            bar.println(line);
+        match bad_news(entry) {
+            // Without a terminal there is no bar, and lines printed above it would be lost.
+            Some(line) if bar.is_hidden() => eprintln!("{line}"),
+            Some(line) => bar.println(line),
+            None => {}
         }
         bar.inc(1);
     };
