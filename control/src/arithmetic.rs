@@ -3,6 +3,13 @@
 //! `fixed`'s `*` wraps silently in release builds and truncates; its `saturating_mul` costs 28 instructions on a
 //! Cortex-M4. A 32 × 32 → 64 bit product with a shift and a clamp costs about ten.
 
+/// The value within `low..=high`; `high` if they are crossed. Unlike `Ord::clamp` this cannot panic, so that no panic is linked
+/// into the control interrupt on account of limits that the configuration's checks keep in order anyway.
+#[inline]
+pub(crate) fn limit<T: Ord>(value: T, low: T, high: T) -> T {
+    value.max(low).min(high)
+}
+
 /// Clamps a 64-bit intermediate into 32 bits.
 #[inline]
 pub(crate) const fn saturate(value: i64) -> i32 {

@@ -3,7 +3,7 @@
 //! Codes are linear over their range, both ends included:
 //! `code = round((x − lo) / (hi − lo) · (2^bits − 1))`, clamped.
 
-use crate::arithmetic::saturate;
+use crate::arithmetic::{limit, saturate};
 use crate::quantities::Voltage;
 
 /// A code of an analogue-to-digital converter, right-aligned, 0 … 2^bits − 1 (hardware oversampling included).
@@ -32,11 +32,11 @@ impl DacScale {
     #[inline]
     #[must_use]
     pub fn code(&self, voltage: Voltage) -> DacCode {
-        let inside = voltage.clamp(self.lowest, self.highest);
+        let inside = limit(voltage, self.lowest, self.highest);
         let above_lowest = i64::from(inside.to_bits()) - i64::from(self.lowest.to_bits());
         // At most (2^16 − 1) codes · 2^40: the product of span and codes per volt is the number of codes.
         let code = (above_lowest * i64::from(self.codes_per_volt_q16) + (1 << 39)) >> 40;
-        DacCode(saturate(code).clamp(0, i32::from(self.max_code)) as u16)
+        DacCode(limit(saturate(code), 0, i32::from(self.max_code)) as u16)
     }
 
     /// The highest code that [`DacScale::code`] can return.

@@ -23,7 +23,7 @@
 //! With the default and a dead zone of ±0.42 V, one position code (15 µm of 1 m) moves `u` by 10 mV inside the dead zone,
 //! where no air flows, and by 0.06 mV outside.
 
-use crate::arithmetic::saturate;
+use crate::arithmetic::{limit, saturate};
 use crate::quantities::Voltage;
 
 /// Break-points, precomputed slopes and the limits of the output.
@@ -67,7 +67,7 @@ impl DeadZoneInverse {
         };
         // |w · slope| <= 2^62: saturated only after the break-point has been added.
         let u = i64::from(from.to_bits()) + ((i64::from(w.to_bits()) * i64::from(slope) + (1 << 15)) >> 16);
-        Voltage::from_bits(saturate(u)).clamp(self.lowest, self.highest)
+        limit(Voltage::from_bits(saturate(u)), self.lowest, self.highest)
     }
 
     /// The middle of the dead zone: both chambers blocked.

@@ -7,7 +7,7 @@
 //! steps of `a h` stop in time is `v = sqrt(2 a e) − a h / 2`; it lies never more than `a h² / 8` of travel below the
 //! exact staircase and never above it, so the reference cannot overshoot. Within `e ≤ a h²` one tick suffices.
 
-use crate::arithmetic::{saturate, square_root};
+use crate::arithmetic::{limit, saturate, square_root};
 use crate::quantities::{Position, Velocity};
 
 /// Fractional bits of the limiter's own position: a tick's travel is far below the resolution of [`Position`].
@@ -80,7 +80,7 @@ impl SetpointLimits {
     /// The reference for this tick on the way to `target`.
     #[inline]
     pub fn advance(&self, state: &mut SetpointState, target: Position) -> Position {
-        let target = target.clamp(self.low, self.high);
+        let target = limit(target, self.low, self.high);
         // Both below 2^59 in magnitude.
         let remaining = fine(target) - state.position_q56;
         match &self.motion {
@@ -88,7 +88,7 @@ impl SetpointLimits {
                 *state = SetpointState::at(target);
                 return target;
             }
-            Motion::Ramp { step_q56 } => state.position_q56 += remaining.clamp(-step_q56, *step_q56),
+            Motion::Ramp { step_q56 } => state.position_q56 += limit(remaining, -step_q56, *step_q56),
             Motion::Smooth(smooth) => {
                 state.velocity = smooth.velocity(state.velocity, remaining);
                 // 2^31 · 2^32 / 50 at most, as a tick is no longer than 1/50 s.
@@ -96,7 +96,7 @@ impl SetpointLimits {
             }
         }
         let (low, high) = (fine(self.low), fine(self.high));
-        state.position_q56 = state.position_q56.clamp(low, high);
+        state.position_q56 = limit(state.position_q56, low, high);
         Position::from_bits(saturate((state.position_q56 + (1 << (FINE_SHIFT - 1))) >> FINE_SHIFT))
     }
 }
@@ -113,9 +113,9 @@ impl Smooth {
             self.braking_speed(distance)
         };
         let wanted = if remaining_q56 < 0 { -speed } else { speed };
-        wanted
-            .clamp(present.saturating_sub(self.velocity_step), present.saturating_add(self.velocity_step))
-            .clamp(-self.max_velocity, self.max_velocity)
+        let reachable =
+            limit(wanted, present.saturating_sub(self.velocity_step), present.saturating_add(self.velocity_step));
+        limit(reachable, -self.max_velocity, self.max_velocity)
     }
 
     /// `sqrt(2 a e) − a h / 2`, rounded down to 15 significant bits, at most the highest velocity.
@@ -137,6 +137,6 @@ impl Smooth {
         } else {
             speed as i32 - self.velocity_step.to_bits() / 2
         };
-        Velocity::from_bits(speed.clamp(0, limit as i32))
+        Velocity::from_bits(crate::arithmetic::limit(speed, 0, limit as i32))
     }
 }

@@ -187,7 +187,9 @@ impl ControlLoop {
     }
 
     /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick.
-    #[inline]
+    ///
+    /// Never inlined: apart from bench mode it is the only float in the control interrupt, and can be told apart so.
+    #[inline(never)]
     pub fn watch(&mut self) -> bool {
         let Some(monitor) = &mut self.setup.monitor else { return false };
         // The types' own conversions round the same way, in ten times the instructions.
@@ -207,26 +209,26 @@ impl ControlLoop {
     /// Takes an order of the background, for the coming tick.
     #[cold]
     #[inline(never)]
-    pub fn order(&mut self, order: Order) {
+    pub fn order(&mut self, order: &Order) {
         // The desk refuses these while running; between its look and now the loop can only have left that state.
         let running = self.state.mode() == Mode::Run;
         match order {
             Order::Command(command) => {
-                if command == Command::Arm {
+                if *command == Command::Arm {
                     // The setpoint of an earlier run must not move the piston of this one.
                     self.course = Course::Hold(self.reference);
                 }
-                self.command = Some(command);
+                self.command = Some(*command);
             }
-            Order::Course(course) => self.course = course,
+            Order::Course(course) => self.course = course.clone(),
             Order::Configure(..) | Order::BenchOn(_) | Order::BenchOff if running => {}
             Order::Configure(setup) => {
-                self.setup = setup;
+                self.setup.clone_from(setup);
                 self.disagreement = false;
                 self.test_anew();
             }
             Order::BenchOn(plant) => {
-                self.bench = Some(plant);
+                self.bench = Some(plant.clone());
                 self.latched = self.safe_code();
                 self.test_anew();
             }

@@ -141,7 +141,7 @@ impl Desk {
 
     /// All or nothing: the settings change only if they fit together.
     fn configure(&mut self, changed: Settings) -> Result<Action, Refusal> {
-        changed.check().map_err(|_| Refusal::Configuration)?;
+        changed.rig().validate().map_err(|_| Refusal::Configuration)?;
         // The tick rate is the timer's: it changes with the next start, and until then the law must know the present one.
         let mut in_force = changed.clone();
         in_force.set(board_link::Parameter::TickHz, self.tick_hz as f32).map_err(Refusal::Parameter)?;

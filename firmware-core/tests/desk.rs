@@ -42,7 +42,7 @@ impl Board {
         match self.desk.decide(command, &self.snapshot, 0)? {
             Action::Reply(reply) => Ok(reply),
             Action::Order(order, outcome) => {
-                self.control_loop.order(order);
+                self.control_loop.order(&order);
                 let tick = self.control_loop.tick(at_rest(0), ExternalFaults::default(), true);
                 self.snapshot.publish(&tick.record, self.control_loop.bench());
                 if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }

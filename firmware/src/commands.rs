@@ -8,9 +8,9 @@ use embassy_stm32::usart::{BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use firmware_core::{Action, Desk, Order, OrderOutcome};
-use heapless::spsc::Producer;
 
-use crate::sampling::{HOST_HEARD, SNAPSHOT};
+use crate::ring::Writer;
+use crate::sampling::{HOST_HEARD, ORDERS, SNAPSHOT};
 use crate::storage::Store;
 use crate::{board, telemetry};
 
@@ -27,7 +27,7 @@ pub(crate) struct CommandTask {
     /// Commands and their meaning.
     pub(crate) desk: Desk,
     /// Way to the loop.
-    pub(crate) orders: Producer<'static, Order>,
+    pub(crate) orders: Writer<Order, ORDERS>,
     /// Parameters in flash.
     pub(crate) store: Option<Store>,
 }

@@ -10,14 +10,14 @@ use control::ExternalFaults;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::interrupt;
 use firmware_core::{ControlLoop, Order, Record, Snapshot};
-use heapless::spsc::{Consumer, Producer, Queue};
 
 use crate::board::{Sampler, Valve};
+use crate::ring::{Reader, Ring, Writer};
 
 /// Records between two rounds of the telemetry task (2 ms): 20 at 10 kHz undecimated, and some for slow rounds.
-const RECORDS: usize = 64;
+pub(crate) const RECORDS: usize = 64;
 /// The background sends one order and waits until it has been taken.
-const ORDERS: usize = 2;
+pub(crate) const ORDERS: usize = 1;
 
 /// What the background may read at any time.
 pub(crate) static SNAPSHOT: Snapshot = Snapshot::new();
@@ -33,8 +33,8 @@ struct Owned {
     sampler: Sampler,
     valve: Valve,
     control_loop: ControlLoop,
-    orders: Consumer<'static, Order>,
-    records: Producer<'static, Record>,
+    orders: Reader<Order, ORDERS>,
+    records: Writer<Record, RECORDS>,
     cycles_per_tick: u32,
     last_entry: Option<u32>,
     overran: bool,
@@ -48,17 +48,17 @@ static OWNED: OwnedCell = OwnedCell(UnsafeCell::new(None));
 /// The background's ends of the queues.
 pub(crate) struct Background {
     /// Orders for the loop.
-    pub(crate) orders: Producer<'static, Order>,
+    pub(crate) orders: Writer<Order, ORDERS>,
     /// Records of the loop.
-    pub(crate) records: Consumer<'static, Record>,
+    pub(crate) records: Reader<Record, RECORDS>,
 }
 
 /// Starts the tick. Called once.
 pub(crate) fn start(mut sampler: Sampler, mut valve: Valve, control_loop: ControlLoop, tick_hz: u32) -> Background {
-    static ORDER_QUEUE: static_cell::ConstStaticCell<Queue<Order, ORDERS>> =
-        static_cell::ConstStaticCell::new(Queue::new());
-    static RECORD_QUEUE: static_cell::ConstStaticCell<Queue<Record, RECORDS>> =
-        static_cell::ConstStaticCell::new(Queue::new());
+    static ORDER_QUEUE: static_cell::ConstStaticCell<Ring<Order, ORDERS>> =
+        static_cell::ConstStaticCell::new(Ring::new());
+    static RECORD_QUEUE: static_cell::ConstStaticCell<Ring<Record, RECORDS>> =
+        static_cell::ConstStaticCell::new(Ring::new());
     let (order_in, orders) = ORDER_QUEUE.take().split();
     let (records, record_out) = RECORD_QUEUE.take().split();
     sampler.set_rate(tick_hz);
@@ -104,9 +104,8 @@ fn ADC1_2() {
     if host_heard {
         HOST_HEARD.store(false, Ordering::Relaxed);
     }
-    if let Some(order) = owned.orders.dequeue() {
-        owned.control_loop.order(order);
-    }
+    let control_loop = &mut owned.control_loop;
+    owned.orders.dequeue_with(|order| control_loop.order(order));
     let tick = owned.control_loop.tick(sequence.codes, faults, host_heard);
     let controlled = DWT::cycle_count();
     owned.valve.set(tick.valve);

@@ -7,9 +7,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_time::{Duration, Ticker};
 use firmware_core::{Record, Scales, send_record};
-use heapless::spsc::Consumer;
 
-use crate::sampling::SNAPSHOT;
+use crate::ring::Reader;
+use crate::sampling::{RECORDS, SNAPSHOT};
 
 /// Rounds of this task; wraps.
 pub(crate) static ROUNDS: AtomicU32 = AtomicU32::new(0);
@@ -21,7 +21,7 @@ const SCALE_ROUNDS: u32 = 500;
 
 /// Moves records from the queue to defmt.
 #[embassy_executor::task]
-pub(crate) async fn telemetry_task(mut records: Consumer<'static, Record>, scales: Scales) -> ! {
+pub(crate) async fn telemetry_task(mut records: Reader<Record, RECORDS>, scales: Scales) -> ! {
     let mut round = Ticker::every(ROUND);
     loop {
         let rounds = ROUNDS.load(Ordering::Relaxed);

@@ -40,7 +40,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                     let result = desk.decide(command, &snapshot_now, 0).and_then(|action| match action {
                         Action::Reply(reply) => Ok(reply),
                         Action::Order(order, outcome) => {
-                            control_loop.order(order);
+                            control_loop.order(&order);
                             if outcome.shown_by(run(&mut control_loop, 2)) {
                                 Ok(Reply::Done)
                             } else {

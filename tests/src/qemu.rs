@@ -37,6 +37,17 @@ fn build() -> Result<PathBuf, String> {
     if !runs("mkfifo") {
         return Err("mkfifo is not installed".into());
     }
+    build_for_target("firmware-qemu")
+}
+
+/// Builds a package for the microcontroller and returns its ELF file.
+///
+/// # Errors
+/// The target is not installed: then tests are skipped with this sentence.
+///
+/// # Panics
+/// The package does not build.
+pub fn build_for_target(package: &str) -> Result<PathBuf, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let sysroot = Command::new("rustc").args(["--print", "sysroot"]).current_dir(&root).output();
     let sysroot = sysroot.map_err(|error| format!("rustc cannot be run: {error}"))?;
@@ -45,16 +56,16 @@ fn build() -> Result<PathBuf, String> {
         return Err(format!("the target {TARGET} is not installed (rustup target add {TARGET})"));
     }
     let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["build", "--quiet", "--release", "-p", "firmware-qemu", "--target", TARGET])
+        .args(["build", "--quiet", "--release", "-p", package, "--target", TARGET])
         .current_dir(&root)
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
         .status()
         .map_err(|error| format!("cargo cannot be run: {error}"))?;
     // Not a reason to skip: a guest that does not build is a failure.
-    assert!(built.success(), "the guest does not build: cargo build --release -p firmware-qemu --target {TARGET}");
+    assert!(built.success(), "{package} does not build: cargo build --release -p {package} --target {TARGET}");
     let target_dir = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    Ok(target_dir.join(TARGET).join("release/firmware-qemu"))
+    Ok(target_dir.join(TARGET).join("release").join(package))
 }
 
 /// A running guest.

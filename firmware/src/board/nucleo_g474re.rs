@@ -274,7 +274,8 @@ impl Sampler {
         let mixed = pac::TIM6.cnt().read().cnt() < CONVERSION_COUNTS;
         pac::TIM6.sr().write(|w| w.set_uif(false));
         let adc = pac::ADC1;
-        let raw = [0, 1, 2, 3].map(|rank| adc.jdr(rank).read().jdata());
+        // Written out: in a loop the register index would be checked at run time, and a panic linked in.
+        let raw = [adc.jdr(0), adc.jdr(1), adc.jdr(2), adc.jdr(3)].map(|rank| rank.read().jdata());
         // Only the injected flags: the driver's read-modify-write would also clear flags nobody has looked at.
         adc.isr().write(|w| {
             w.set_jeos(true);
