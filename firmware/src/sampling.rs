@@ -15,7 +15,7 @@ use crate::board::{Sampler, Valve};
 use crate::ring::{Reader, Ring, Writer};
 
 /// Records between two rounds of the telemetry task (2 ms): 20 at 10 kHz undecimated, and some for slow rounds.
-pub(crate) const RECORDS: usize = 64;
+pub(crate) const RECORDS: usize = 32;
 /// The background sends one order and waits until it has been taken.
 pub(crate) const ORDERS: usize = 1;
 
