@@ -20,6 +20,7 @@ pub mod board;
 pub mod charts;
 pub mod closed_loop;
 pub mod controller;
+pub mod gap;
 pub mod import;
 pub mod metrics;
 pub mod open_loop;

@@ -11,7 +11,9 @@ macro_rules! say {
 pub(crate) mod blind;
 pub(crate) mod board;
 pub(crate) mod controller;
+pub(crate) mod diagnose;
 pub(crate) mod experiment;
+pub(crate) mod friction;
 pub(crate) mod import;
 pub(crate) mod paper;
 pub(crate) mod plot;

@@ -1,0 +1,94 @@
+//! `plant-sim diagnose`: from rig file and log to causes, an extended rig, and a report.
+
+use super::{CliError, RigArgument};
+use diagnosis::{Diagnosis, DiagnosisError, diagnose};
+use indicatif::{ProgressBar, ProgressStyle};
+use plant_sim::gap;
+use plant_sim::import::Mapping;
+use rig_files::{InputError, Log, RigFile, write_file};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Say what the simulation gets wrong about a measured log, and why.
+///
+/// Every effect of the catalogue is a hypothesis, fitted to the log beside the nominal values, which are taken to be known
+/// within the rig file's [tolerance]. A cause is named when it is needed, closes the balance it acts on, and holds on the
+/// part of the log that was kept back. Writes DIR/diagnosis.json, DIR/extended-rig.toml (loadable by every command) and
+/// DIR/report.html. Exit status 0 for any verdict, 2 for bad input.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = "EXAMPLES\n  \
+    plant-sim synthesize --rig rigs/paper-a.toml --hidden --out out/riddle.csv\n  \
+    plant-sim diagnose --rig rigs/paper-a.toml --log out/riddle.csv --out out/riddle\n  \
+    plant-sim run --rig out/riddle/extended-rig.toml")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    rig: RigArgument,
+    /// The measured log (CSV): t_s, y_m and at least one of u_v, p_a_pa, p_b_pa, p_sup_pa, f_ext_n
+    #[arg(long, value_name = "FILE")]
+    log: PathBuf,
+    /// Mapping file (TOML) if the log is a foreign table, as for `plant-sim import`
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let rig = RigFile::read(&arguments.rig.rig)?;
+    let log = match &arguments.map {
+        Some(map) => Mapping::read(map)?.convert_file(&arguments.log)?,
+        None => Log::read(&arguments.log)?,
+    };
+    let suspicions = log.suspicions(&rig);
+    for suspicion in &suspicions {
+        eprintln!("warning: {suspicion}");
+    }
+    let result = judge(&rig, &log, arguments)?;
+    let source = gap::Source {
+        rig: &rig,
+        rig_file: arguments.rig.rig.display().to_string(),
+        log_file: arguments.log.display().to_string(),
+        warnings: suspicions,
+    };
+    let page = gap::page(&result, &source);
+    let failed = |error: serde_json::Error| CliError::Failed(format!("the result cannot be written as JSON: {error}"));
+    let json = gap::to_json(&result).map_err(failed)?;
+    super::make_folder(&arguments.out)?;
+    write(arguments, "extended-rig.toml", &result.extended_rig.to_toml())?;
+    write(arguments, "report.html", &page.to_html())?;
+    // Last: who waits for it finds the other two beside it.
+    write(arguments, "diagnosis.json", &json)?;
+    print!("{}", gap::summary(&result));
+    println!("\nReport:       {}", arguments.out.join("report.html").display());
+    println!("Extended rig: {}", arguments.out.join("extended-rig.toml").display());
+    Ok(())
+}
+
+fn write(arguments: &Arguments, name: &str, text: &str) -> Result<(), CliError> {
+    Ok(write_file(&arguments.out.join(name), |out| out.write_all(text.as_bytes()))?)
+}
+
+fn judge(rig: &RigFile, log: &Log, arguments: &Arguments) -> Result<Diagnosis, CliError> {
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    let done = diagnose(rig, log, &|message| bar.set_message(message.to_string()));
+    bar.finish_and_clear();
+    if done.as_ref().is_err_and(|error| *error == DiagnosisError::NothingToJudge)
+        && let Some((result, _)) = diagnosis::diagnose_one_pressure(rig, log)
+    {
+        return Ok(result);
+    }
+    done.map_err(|error| {
+        let file = match error {
+            DiagnosisError::Rig(_) => &arguments.rig.rig,
+            _ => &arguments.log,
+        };
+        let text = error.to_string();
+        let (problem, remedy) = text.split_once(": ").unwrap_or((&text, "see docs/diagnosis.md"));
+        CliError::Input(InputError::new(file.display().to_string(), problem, remedy))
+    })
+}

@@ -1,0 +1,12 @@
+//! The diagnosis made presentable: `diagnosis.json`, the report, the words for the terminal.
+
+mod json;
+mod page;
+mod picture;
+mod units;
+mod words;
+
+pub use json::to_json;
+pub use page::{Source, page};
+pub use units::{quantity, with_error};
+pub use words::{headline, summary};

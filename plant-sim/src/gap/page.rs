@@ -1,0 +1,337 @@
+//! The report: what a technician reads in a minute, and below it everything else.
+
+use super::picture::Scene;
+use super::units::{quantity, significant, with_error};
+use super::words::{CHANNELS, closed, headline, title};
+use crate::charts::{BAR, MM, scaled};
+use diagnosis::{Cause, Diagnosis, Verdict};
+use report_html::{Block, Page, Plot, Series, Table, Tone};
+use rig_files::RigFile;
+
+/// Where the material came from.
+#[derive(Clone, Debug)]
+pub struct Source<'a> {
+    /// The rig as given.
+    pub rig: &'a RigFile,
+    /// Its file.
+    pub rig_file: String,
+    /// The log's file.
+    pub log_file: String,
+    /// What looked suspicious about the log.
+    pub warnings: Vec<String>,
+}
+
+/// Seconds of held-back data shown at first; the rest is a zoom away.
+const OVERLAY_S: f64 = 2.0;
+
+/// The report of a diagnosis.
+#[must_use]
+pub fn page(diagnosis: &Diagnosis, source: &Source<'_>) -> Page {
+    let mut page = Page::new(format!("Diagnosis of {}", source.rig.name));
+    let (tone, sentence) = headline(diagnosis);
+    page.callout(tone, sentence);
+    for warning in &source.warnings {
+        page.callout(Tone::Caution, format!("Check the log first: {warning}"));
+    }
+    let scene = Scene::new(diagnosis, source.rig);
+    for (place, cause) in diagnosis.causes.iter().enumerate() {
+        page.section(format!("{}. {}", place + 1, title(&cause.id)));
+        describe(&mut page, cause);
+        page.plots(scene.of_cause(&cause.id));
+    }
+    rest(&mut page, diagnosis, &scene);
+    gain(&mut page, diagnosis);
+    next(&mut page, diagnosis);
+    calibration(&mut page, diagnosis);
+    unjudged(&mut page, diagnosis);
+    log_quality(&mut page, diagnosis);
+    appendix(&mut page, diagnosis);
+    page.section("How to repeat it");
+    page.block(Block::Code(format!(
+        "plant-sim diagnose --rig {} --log {} --out DIR",
+        source.rig_file, source.log_file
+    )));
+    page
+}
+
+fn describe(page: &mut Page, cause: &Cause) {
+    page.text(cause.evidence.clone());
+    let mut table = Table::new(["value found", "with its standard error"]);
+    for p in &cause.parameters {
+        table.row([format!("`{}`", p.name), with_error(&p.name, p.value, p.std_error)]);
+    }
+    page.table(table);
+    if !cause.ties.is_empty() {
+        let ties: Vec<String> = cause.ties.iter().map(|id| format!("{} (`{id}`)", title(id))).collect();
+        page.callout(
+            Tone::Caution,
+            format!(
+                "This log cannot tell it from: {}. Which one it is, only another recording can say.",
+                ties.join(", ")
+            ),
+        );
+    }
+}
+
+fn balance_name(channel: &str) -> &'static str {
+    match channel {
+        "p_a_pa" => "air balance of chamber A",
+        "p_b_pa" => "air balance of chamber B",
+        "y_m" => "force balance of the piston",
+        _ => "air supply",
+    }
+}
+
+/// What no named cause closes: where it sits, and which effects come near without closing it.
+fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
+    let open: Vec<_> = diagnosis.balances.iter().filter(|balance| !balance.closed).collect();
+    if open.is_empty() || diagnosis.verdict == Verdict::NoGap {
+        return;
+    }
+    page.section("What stays unexplained");
+    for balance in open {
+        let share = 100.0 * (1.0 - balance.extended_misfit / balance.nominal_misfit);
+        page.text(format!(
+            "The {} stays open: its misfit is {:.1} times that of noise{}. It depends most on what is drawn here.",
+            balance_name(balance.channel),
+            balance.extended_misfit,
+            if share > 1.0 { format!(", {share:.0} % less than with the rig file as given") } else { String::new() }
+        ));
+        page.plots(scene.of_rest(balance.channel));
+    }
+    if !diagnosis.leads.is_empty() {
+        page.text(
+            "These effects lower the misfit without closing it. They are hints to where to look, not names: something that \
+             resembles them is at work.",
+        );
+        let mut table = Table::new(["resembles", "as"]);
+        for lead in &diagnosis.leads {
+            table.row([title(&lead.id), lead.evidence.clone()]);
+        }
+        page.table(table);
+    }
+}
+
+fn gain(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("How much better the prediction gets");
+    let Some(gain) = &diagnosis.gain else {
+        page.text(
+            "Full predictions need the valve command and both chamber pressures; this log lacks some of them, so only the \
+             single balances were judged.",
+        );
+        return balances(page, diagnosis);
+    };
+    let h = &gain.holdout;
+    let mut table = Table::new(["", "rig file as given", "extended rig", "noise alone", "share of the gap closed"]);
+    for (name, key, get) in CHANNELS {
+        if let (Some(b), Some(e), Some(f)) = (get(&h.baseline_rmse), get(&h.extended_rmse), get(&h.noise_floor)) {
+            let share = closed(b, e, f).map_or("no gap".to_string(), |share| format!("{:.0} %", 100.0 * share));
+            table.row([name.to_string(), quantity(key, b), quantity(key, e), quantity(key, f), share]);
+        }
+    }
+    page.table(table.caption(format!(
+        "Root-mean-square error of predictions {:.0} ms ahead, restarted from the measured state, on parts of the log that \
+         were kept back: neither choice nor fit has seen them.",
+        gain.horizon_s * 1e3
+    )));
+    page.plots(overlays(diagnosis));
+    balances(page, diagnosis);
+}
+
+fn balances(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.balances.is_empty() {
+        return;
+    }
+    let mut table = Table::new(["balance", "misfit before", "misfit after", "what is left varies", ""]);
+    for balance in &diagnosis.balances {
+        table.row([
+            balance_name(balance.channel).to_string(),
+            format!("{:.2}", balance.nominal_misfit),
+            format!("{:.2}", balance.extended_misfit),
+            format!("{:.1}", balance.remaining_dispersion),
+            if balance.closed { "closed: like noise" } else { "open: more than noise" }.to_string(),
+        ]);
+    }
+    page.table(table.caption(
+        "Each balance by itself, in multiples of what noise alone would give (1 is perfect). The slow variation of what is \
+         left tells whether it still has a shape.",
+    ));
+}
+
+/// Measurement and both predictions, opened where the rig file as given errs most.
+fn overlays(diagnosis: &Diagnosis) -> Vec<Plot> {
+    let overlay = &diagnosis.evidence.overlay;
+    let t = &overlay.t_s;
+    if t.len() < 2 {
+        return Vec::new();
+    }
+    let from = worst(diagnosis);
+    let broken = |values: &[f64], factor: f64| broken_at_gaps(t, values, factor);
+    let names = [("Position", "y, mm", MM), ("Pressure A", "p_a, bar", BAR), ("Pressure B", "p_b, bar", BAR)];
+    let plots = names.iter().enumerate().map(|(channel, (title, label, factor))| {
+        Plot::new(format!("{title}: predicted before and after"), "time, s", *label)
+            .with(Series::line("measured", t.clone(), broken(&overlay.measured[channel], *factor)).colour(0))
+            .with(Series::line("rig file as given", t.clone(), broken(&overlay.baseline[channel], *factor)).colour(1))
+            .with(
+                Series::line("extended rig", t.clone(), broken(&overlay.extended[channel], *factor)).colour(2).dashed(),
+            )
+            .cursor_group("held back")
+            .x_range(from, from + OVERLAY_S)
+            .height_px(280)
+    });
+    let mut plots: Vec<Plot> = plots.collect();
+    if let Some(first) = plots.first_mut() {
+        first.note = format!(
+            "Held-back data where the rig file errs most; every prediction starts anew from the measurement after {:.0} ms. \
+             Double-click for all of it.",
+            diagnosis.gain.map_or(200.0, |gain| gain.horizon_s * 1e3)
+        );
+    }
+    plots
+}
+
+/// A line must not bridge the part of the log that was used for fitting.
+fn broken_at_gaps(t_s: &[f64], values: &[f64], factor: f64) -> Vec<f64> {
+    let usual = t_s.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min).max(1e-6);
+    let mut out = scaled(values, factor);
+    for (k, pair) in t_s.windows(2).enumerate() {
+        if pair[1] - pair[0] > 10.0 * usual {
+            out[k] = f64::NAN;
+        }
+    }
+    out
+}
+
+/// The start of the part where the nominal prediction errs most over [`OVERLAY_S`].
+fn worst(diagnosis: &Diagnosis) -> f64 {
+    let overlay = &diagnosis.evidence.overlay;
+    let mut scale = [0.0_f64; 3];
+    for (channel, scale) in scale.iter_mut().enumerate() {
+        let errors = overlay.measured[channel].iter().zip(&overlay.baseline[channel]).map(|(m, b)| (m - b).powi(2));
+        *scale = errors.sum::<f64>() / overlay.t_s.len() as f64;
+    }
+    let error = |k: usize| -> f64 {
+        (0..3).map(|c| (overlay.measured[c][k] - overlay.baseline[c][k]).powi(2) / scale[c].max(1e-30)).sum()
+    };
+    let (mut best, mut start, mut sum) = ((0.0, overlay.t_s[0]), 0, 0.0);
+    for end in 0..overlay.t_s.len() {
+        sum += error(end);
+        while overlay.t_s[end] - overlay.t_s[start] > OVERLAY_S {
+            sum -= error(start);
+            start += 1;
+        }
+        if sum > best.0 {
+            best = (sum, overlay.t_s[start]);
+        }
+    }
+    best.1
+}
+
+fn next(page: &mut Page, diagnosis: &Diagnosis) {
+    if let Some(next) = &diagnosis.next_experiment {
+        page.section("What to record next");
+        page.text(next.clone());
+    }
+}
+
+fn calibration(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.calibration.is_empty() {
+        return;
+    }
+    page.section("Nominal values adjusted within their tolerance");
+    let mut table = Table::new(["value", "rig file", "adjusted", "by"]);
+    for value in &diagnosis.calibration {
+        table.row([
+            format!("`{}`", value.name),
+            quantity(&value.name, value.nominal),
+            with_error(&value.name, value.value, value.std_error),
+            format!("{:+.1} %", 100.0 * (value.value / value.nominal - 1.0)),
+        ]);
+    }
+    page.table(table.caption("Adjustments, not causes: such deviations are what the rig file's `[tolerance]` allows."));
+}
+
+fn unjudged(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("What this log cannot tell");
+    let has = &diagnosis.log.available;
+    let columns = [
+        (has.command, "`u_v` was not measured: valve and air balances could not be judged."),
+        (
+            has.pressure_a,
+            "`p_a_pa` was not measured: neither the air balance of A nor the force balance could be judged.",
+        ),
+        (
+            has.pressure_b,
+            "`p_b_pa` was not measured: neither the air balance of B nor the force balance could be judged.",
+        ),
+        (has.supply, "`p_sup_pa` was not measured: a drooping supply looks like a smaller fill coefficient."),
+    ];
+    let mut items: Vec<String> =
+        columns.iter().filter(|(has, _)| !has).map(|(_, sentence)| (*sentence).to_string()).collect();
+    if !diagnosis.not_identifiable.is_empty() {
+        let keys: Vec<String> = diagnosis.not_identifiable.iter().map(|key| format!("`{key}`")).collect();
+        items.push(format!("Values and effects this recording does not excite: {}.", keys.join(", ")));
+    }
+    if items.is_empty() {
+        items.push("Every balance could be judged, and every effect would have shown.".to_string());
+    }
+    page.block(Block::List(items));
+}
+
+fn log_quality(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("The log");
+    let q = &diagnosis.log.quality;
+    page.text(format!(
+        "{} usable samples, usually {} ms apart (irregular by {:.1} %); {} interruption{}, {} row{} left out because a \
+         field was blank. Gaps are never bridged.",
+        q.samples,
+        significant(q.interval_s * 1e3, 3),
+        100.0 * q.jitter,
+        q.interruptions,
+        if q.interruptions == 1 { "" } else { "s" },
+        q.blank_rows,
+        if q.blank_rows == 1 { "" } else { "s" },
+    ));
+    let mut table = Table::new(["channel", "noise (standard deviation)", "smallest step"]);
+    let has = &diagnosis.log.available;
+    for (name, key, measured, noise) in [
+        ("position", "_m", true, &q.position),
+        ("pressure A", "_pa", has.pressure_a, &q.pressure_a),
+        ("pressure B", "_pa", has.pressure_b, &q.pressure_b),
+        ("supply", "_pa", has.supply, &q.supply),
+    ] {
+        if measured {
+            let step = if noise.resolution > 0.0 { quantity(key, noise.resolution) } else { "none seen".to_string() };
+            table.row([name.to_string(), quantity(key, noise.standard_deviation), step]);
+        }
+    }
+    page.table(table.caption("Estimated from the log itself."));
+}
+
+fn appendix(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.hypotheses.is_empty() {
+        return;
+    }
+    let mut table = Table::new(["effects", "misfit", "above the best", "fitted"]);
+    let best = diagnosis.hypotheses.first().map_or(0.0, |best| best.cost);
+    for hypothesis in &diagnosis.hypotheses {
+        let name = if hypothesis.effects.is_empty() {
+            "none: the rig file as given".into()
+        } else {
+            hypothesis.effects.join(" + ")
+        };
+        table.row([
+            name,
+            format!("{:.1}", hypothesis.cost),
+            format!("{:.1}", hypothesis.cost - best),
+            if hypothesis.fitted { "in full" } else { "to first order" }.to_string(),
+        ]);
+    }
+    let table = table.caption(
+        "Minus log-likelihood of the fitted part of the log, the tolerances of nominal values included. A difference of 10 \
+         and more is beyond doubt for one parameter.",
+    );
+    page.details("Appendix: all hypotheses tried and their scores", |page| {
+        page.table(table);
+    });
+}

@@ -1,0 +1,107 @@
+//! The verdict in sentences, for the terminal and the top of the report.
+
+use super::units::{quantity, with_error};
+use diagnosis::{Diagnosis, PerChannel, Verdict};
+use plant_model::Effect;
+use report_html::Tone;
+use std::fmt::Write as _;
+
+/// What a technician calls an effect.
+pub(crate) fn title(id: &str) -> String {
+    Effect::from_id(id).map_or_else(|| id.to_string(), |effect| effect.info().title.to_string())
+}
+
+fn list(ids: &[String]) -> String {
+    let titles: Vec<String> = ids.iter().map(|id| title(id)).collect();
+    match titles.as_slice() {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+    }
+}
+
+/// The verdict in one sentence, and whether it is good news.
+#[must_use]
+pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
+    let causes: Vec<String> = diagnosis.causes.iter().map(|cause| cause.id.clone()).collect();
+    let tied = diagnosis.causes.iter().any(|cause| !cause.ties.is_empty());
+    let unsure = if tied { " (this log leaves an alternative open, see below)" } else { "" };
+    match diagnosis.verdict {
+        Verdict::NoGap if diagnosis.calibration.is_empty() => {
+            (Tone::Good, "No gap: the rig file predicts this log as well as its noise allows.".to_string())
+        }
+        Verdict::NoGap => (
+            Tone::Good,
+            "No gap: within the stated tolerance of its values, the rig file predicts this log as well as its noise \
+             allows."
+                .to_string(),
+        ),
+        Verdict::Explained => (Tone::Caution, format!("The gap is explained: {}{unsure}.", list(&causes))),
+        Verdict::PartlyExplained => (
+            Tone::Bad,
+            format!("The gap is partly explained: {}{unsure}; a significant rest has no known cause.", list(&causes)),
+        ),
+        Verdict::Unexplained => (
+            Tone::Bad,
+            "There is a gap, and no known cause closes it. Where it sits is shown below; no name is given because a wrong \
+             one would be worse than none."
+                .to_string(),
+        ),
+    }
+}
+
+/// Share of the avoidable error that is gone: 1 when the extended rig predicts as well as noise allows; `None` where there
+/// is nothing to close.
+pub(crate) fn closed(baseline: f64, extended: f64, floor: f64) -> Option<f64> {
+    let gap = baseline - floor;
+    // A gap of a twentieth of the floor is none.
+    (gap > 0.05 * floor).then(|| ((baseline - extended) / gap).clamp(-9.99, 1.0))
+}
+
+type Predicted = (&'static str, &'static str, fn(&PerChannel) -> Option<f64>);
+
+/// The channels of a gain, with names for people and the key that carries the unit.
+pub(crate) const CHANNELS: [Predicted; 3] = [
+    ("position", "y_m", |channel| channel.y_m),
+    ("pressure A", "p_a_pa", |channel| channel.p_a_pa),
+    ("pressure B", "p_b_pa", |channel| channel.p_b_pa),
+];
+
+/// Everything a technician needs on the terminal.
+#[must_use]
+pub fn summary(diagnosis: &Diagnosis) -> String {
+    let mut text = format!("{}\n", headline(diagnosis).1);
+    // Writing to a String cannot fail.
+    for (place, cause) in diagnosis.causes.iter().enumerate() {
+        let _ = writeln!(text, "\n{}. {} ({})", place + 1, title(&cause.id), cause.id);
+        let _ = writeln!(text, "   {}", cause.evidence);
+        for p in &cause.parameters {
+            let _ = writeln!(text, "   {} = {}", p.name, with_error(&p.name, p.value, p.std_error));
+        }
+        if !cause.ties.is_empty() {
+            let _ = writeln!(text, "   This log cannot tell it from: {}.", list(&cause.ties));
+        }
+    }
+    for value in &diagnosis.calibration {
+        let percent = 100.0 * (value.value / value.nominal - 1.0);
+        let to = with_error(&value.name, value.value, value.std_error);
+        let from = quantity(&value.name, value.nominal);
+        let _ = writeln!(text, "\nAdjusted within tolerance: {} from {from} to {to} ({percent:+.1} %)", value.name);
+    }
+    if let Some(gain) = &diagnosis.gain {
+        let h = &gain.holdout;
+        let _ =
+            writeln!(text, "\nPrediction error {:.0} ms ahead, on data held back from the fit:", gain.horizon_s * 1e3);
+        for (name, key, get) in CHANNELS {
+            if let (Some(b), Some(e), Some(f)) = (get(&h.baseline_rmse), get(&h.extended_rmse), get(&h.noise_floor)) {
+                let share = closed(b, e, f).map_or("nothing to close".into(), |s| format!("{:.0} % closed", 100.0 * s));
+                let (b, e, f) = (quantity(key, b), quantity(key, e), quantity(key, f));
+                let _ = writeln!(text, "  {name:<10}  {b} before, {e} after, {f} from noise alone: {share}");
+            }
+        }
+    }
+    if let Some(next) = &diagnosis.next_experiment {
+        let _ = writeln!(text, "\nNext: {next}");
+    }
+    text
+}
