@@ -88,6 +88,11 @@ pub struct RippleLine {
     pub amplitude_spread_n: f64,
     /// How far the line stands out of its neighbourhood in the spectrum.
     pub prominence: f64,
+    /// Part of the variance along the stroke that it takes away in the second halves of the recordings, its phase known
+    /// from the first halves, 0 to 1.
+    pub holdout_gain: f64,
+    /// In how many recordings the second half is predicted better with it.
+    pub better_in: usize,
     /// Whether the ripple turns its sign with the motion (friction) or keeps it (a force of the drive or the guide).
     pub turns_with_motion: bool,
 }
@@ -160,6 +165,7 @@ struct Run {
 pub fn friction_map(rig: &RigFile, logs: &[&Log]) -> Result<FrictionMap, FrictionMapError> {
     let mut runs = logs.iter().enumerate().map(|(place, log)| run(rig, log, place)).collect::<Result<Vec<_>, _>>()?;
     let (ripple, spectrum) = ripple(&runs);
+    let ripple = ripple.map(|line| confirmed(line, &runs));
     if let Some(line) = &ripple {
         for run in &mut runs {
             let part = run.samples.iter().collect::<Vec<_>>();
@@ -188,7 +194,7 @@ pub fn friction_map(rig: &RigFile, logs: &[&Log]) -> Result<FrictionMap, Frictio
         bias_n: mean_bias[0],
         bias_n_per_pa: bias_line.get(1).copied().unwrap_or(NOTHING),
         asymmetry: mean(&bias) / mean(&friction),
-        area_error: load.iter().zip(&bias).map(|(f, b)| f * b).sum::<f64>() / square.max(1e-12),
+        area_error: -load.iter().zip(&bias).map(|(f, b)| f * b).sum::<f64>() / square.max(1e-12),
         scatter: runs.iter().map(|run| run.samples.iter().map(|s| (s.y, s.r, s.direction)).collect()).collect(),
         runs: summaries,
         ripple,
@@ -197,9 +203,8 @@ pub fn friction_map(rig: &RigFile, logs: &[&Log]) -> Result<FrictionMap, Frictio
     };
     map.pressure_n_per_pa.established &= gains(1);
     map.bias_n.established &= gains(2);
-    if !gains(3) {
-        map.ripple = None;
-    }
+    // Chance would make it better in half of the recordings.
+    map.ripple = map.ripple.filter(|line| line.holdout_gain > 0.0 && 4 * line.better_in >= 3 * logs.len());
     map.stages = stages;
     Ok(map)
 }
@@ -362,6 +367,8 @@ fn ripple(runs: &[Run]) -> (Option<RippleLine>, Vec<(f64, f64)>) {
                 amplitude_n: mean,
                 amplitude_spread_n: spread,
                 prominence,
+                holdout_gain: 0.0,
+                better_in: 0,
                 turns_with_motion: turns,
             };
             best = Some((line, spectrum.clone()));
@@ -371,6 +378,28 @@ fn ripple(runs: &[Run]) -> (Option<RippleLine>, Vec<(f64, f64)>) {
         Some((line, spectrum)) => (Some(line), spectrum),
         None => (None, Vec::new()),
     }
+}
+
+/// The line with its gain on second halves. The wavelength is that of all recordings together: leaving one of several out
+/// moves it by less than its resolution.
+fn confirmed(mut line: RippleLine, runs: &[Run]) -> RippleLine {
+    let (mut before, mut after) = (0.0, 0.0);
+    for run in runs {
+        let early: Vec<&Sample> = run.samples.iter().filter(|s| !s.late).collect();
+        let (a, b) = phase(&early, line.wavelength_m, line.turns_with_motion);
+        let (mut plain, mut rippled) = (0.0, 0.0);
+        for s in run.samples.iter().filter(|s| s.late) {
+            let (sin, cos) = (core::f64::consts::TAU / line.wavelength_m * s.y).sin_cos();
+            let predicted = (a * sin + b * cos) * if line.turns_with_motion { s.direction } else { 1.0 };
+            plain += s.flat * s.flat;
+            rippled += (s.flat - predicted).powi(2);
+        }
+        line.better_in += usize::from(rippled < plain);
+        before += plain;
+        after += rippled;
+    }
+    line.holdout_gain = 1.0 - after / f64::max(before, 1e-30);
+    line
 }
 
 /// Models from poor to rich, each judged on runs that took no part in its fit.

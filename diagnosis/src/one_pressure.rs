@@ -12,14 +12,17 @@ use plant_model::Effect;
 use rig_files::{Log, RigFile};
 use serde::Serialize;
 
-/// The measured chamber counts as vented below this part of its highest gauge pressure.
-const VENTED: f64 = 0.03;
+/// The measured chamber counts as vented below this part of its highest gauge pressure; what is left of it is accounted for.
+const VENTED: f64 = 0.1;
 /// Half the window, s, of the parabola that gives velocity and acceleration.
 const WINDOW_S: f64 = 0.015;
 /// Part of the travelled range at either end that is left out: end stops and cushions push there.
-const ENDS: f64 = 0.05;
+const ENDS: f64 = 0.02;
 /// Fewer coasting samples say nothing.
-const LEAST_SAMPLES: usize = 20;
+const LEAST_SAMPLES: usize = 10;
+/// How far friction may differ between the directions without anyone noticing, relative: it limits what the mean of both
+/// directions can say of the force between them.
+const UNNOTICED_ASYMMETRY: f64 = 0.1;
 /// Slower than this many standard errors of the velocity is rest.
 const REST_SIGMAS: f64 = 4.0;
 
@@ -93,7 +96,8 @@ pub fn one_pressure(rig: &RigFile, log: &Log) -> Option<OnePressure> {
         let inside = record.y_m[k] > low + margin && record.y_m[k] < high - margin;
         let whole = record.t_s[k + reach] - record.t_s[k - reach] < 3.0 * (2 * reach) as f64 * usual;
         let around = &pressure[k - reach..=k + reach];
-        let vented = around.iter().all(|p| p - zero < VENTED * highest);
+        let gauge_pa = mean(around) - zero;
+        let vented = gauge_pa < VENTED * highest;
         let (v, a) = (sign * moved.0, sign * moved.1);
         if inside && whole && !vented {
             let drive = area * (pressure[k] - zero);
@@ -101,20 +105,20 @@ pub fn one_pressure(rig: &RigFile, log: &Log) -> Option<OnePressure> {
         }
         let direction = usize::from(v < 0.0);
         let usable = inside && whole && vented && v.abs() > rest;
-        if let Some((was, phase)) = current.take_if(|(was, _)| !usable || *was != direction) {
-            if phase.v.len() >= LEAST_SAMPLES.min(reach) {
-                phases[was].push(phase);
-            }
+        if let Some((was, phase)) = current.take_if(|(was, _)| !usable || *was != direction)
+            && phase.v.len() >= LEAST_SAMPLES
+        {
+            phases[was].push(phase);
         }
         if usable {
             let (_, phase) = current.get_or_insert((direction, Phase { v: Vec::new(), force_n: Vec::new() }));
             phase.v.push(v);
             // The residual pressure of the vented chamber still pushes.
-            phase.force_n.push(area * (pressure[k] - zero) - mass * a);
+            phase.force_n.push(area * gauge_pa - mass * a);
         }
     }
     if let Some((was, phase)) = current
-        && phase.v.len() >= LEAST_SAMPLES.min(reach)
+        && phase.v.len() >= LEAST_SAMPLES
     {
         phases[was].push(phase);
     }
@@ -124,9 +128,16 @@ pub fn one_pressure(rig: &RigFile, log: &Log) -> Option<OnePressure> {
     let coasting = combine(phases[0].iter().filter_map(at_standstill));
     let returning = combine(phases[1].iter().map(|phase| mean(&phase.force_n)));
     // Away: F_0 + F_c. Back: F_0 - F_c - c |v|. Their mean is F_0 less half the damping, which only lowers it.
-    let constant_force = coasting.zip(returning).map(|(up, down)| Force {
-        value_n: sign * 0.5 * (up.value_n + down.value_n),
-        std_error_n: 0.5 * up.std_error_n.hypot(down.std_error_n),
+    let slowing = mean(&phases[0].iter().map(|phase| mean(&phase.force_n)).collect::<Vec<_>>());
+    let constant_force = coasting.zip(returning).map(|(up, down)| {
+        let scatter = 0.5 * up.std_error_n.hypot(down.std_error_n);
+        // Two errors that no number of strokes averages out: of the way to standstill, and of friction taken to be even.
+        let extrapolation = 0.5 * (slowing - up.value_n);
+        let uneven = UNNOTICED_ASYMMETRY * 0.5 * (up.value_n - down.value_n);
+        Force {
+            value_n: sign * 0.5 * (up.value_n + down.value_n),
+            std_error_n: scatter.hypot(extrapolation).hypot(uneven),
+        }
     });
     let top = coasting.map_or(f64::INFINITY, |f| f.value_n + 2.0 * f.std_error_n);
     let bottom = returning.map_or(f64::NEG_INFINITY, |f| f.value_n - 2.0 * f.std_error_n);

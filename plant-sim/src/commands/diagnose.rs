@@ -19,7 +19,9 @@ use std::time::Duration;
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim synthesize --rig rigs/paper-a.toml --hidden --out out/riddle.csv\n  \
     plant-sim diagnose --rig rigs/paper-a.toml --log out/riddle.csv --out out/riddle\n  \
-    plant-sim run --rig out/riddle/extended-rig.toml")]
+    plant-sim run --rig out/riddle/extended-rig.toml\n  \
+    plant-sim diagnose --rig examples/rigs/cylinder-vertical.toml \\\n    \
+    --map examples/mappings/cylinder-vertical.toml --log examples/data/cylinder-vertical/strokes.csv --out out/vertical")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     rig: RigArgument,
@@ -32,6 +34,10 @@ pub(crate) struct Arguments {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Also configure the controller from the extended rig, show the closed loop before and after, and write
+    /// DIR/controller.toml
+    #[arg(long)]
+    apply: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -45,11 +51,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         eprintln!("warning: {suspicion}");
     }
     let result = judge(&rig, &log, arguments)?;
+    let applied = if arguments.apply {
+        let refused = |error: plant_sim::LoopError| {
+            let remedy = "leave out --apply, or correct the rig file";
+            InputError::new(arguments.rig.rig.display().to_string(), error.to_string(), remedy)
+        };
+        Some(gap::apply(&rig, &result.extended_rig).map_err(refused)?)
+    } else {
+        None
+    };
     let source = gap::Source {
         rig: &rig,
         rig_file: arguments.rig.rig.display().to_string(),
         log_file: arguments.log.display().to_string(),
         warnings: suspicions,
+        applied,
     };
     let page = gap::page(&result, &source);
     let failed = |error: serde_json::Error| CliError::Failed(format!("the result cannot be written as JSON: {error}"));
@@ -57,9 +73,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     super::make_folder(&arguments.out)?;
     write(arguments, "extended-rig.toml", &result.extended_rig.to_toml())?;
     write(arguments, "report.html", &page.to_html())?;
+    if let Some(applied) = &source.applied {
+        write(arguments, "controller.toml", &applied.controller_toml())?;
+    }
     // Last: who waits for it finds the other two beside it.
     write(arguments, "diagnosis.json", &json)?;
     print!("{}", gap::summary(&result));
+    if let Some(applied) = &source.applied {
+        println!("\nThe controller on the extended rig:\n{}", super::text_table(&applied.table()));
+    }
     println!("\nReport:       {}", arguments.out.join("report.html").display());
     println!("Extended rig: {}", arguments.out.join("extended-rig.toml").display());
     Ok(())

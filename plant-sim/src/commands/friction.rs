@@ -101,12 +101,13 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
     });
     if map.bias_n.established {
         out.push(format!(
-            "The two directions differ: the force loop is off centre by {} N, {:.0} % of friction. Read as friction, it is \
-             that much larger towards +y than the other way (negative: smaller). Read otherwise, it is a constant force or \
-             a zero error of the force sensor, or an area times pressure that is {:+.1} % off: recordings at held pressures \
+            "The two directions differ: the force loop is off centre by {} N. Read as friction, it is {:.0} % {} towards +y \
+             than on average. Read otherwise, it is a constant force or \
+             a zero error of the force sensor, or an area {:+.1} % off: recordings at held pressures \
              cannot tell these apart. Turn the piston round, or record at zero pressure, to find out.",
             value(&map.bias_n, 1.0),
-            100.0 * map.asymmetry,
+            100.0 * map.asymmetry.abs(),
+            if map.asymmetry < 0.0 { "smaller" } else { "larger" },
             100.0 * map.area_error
         ));
         let tolerance = rig.tolerance.of("cylinder.area_m2");
@@ -128,12 +129,15 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
     match &map.ripple {
         Some(line) => out.push(format!(
             "The force ripples along the stroke every {:.2} ± {:.2} mm with {:.2} ± {:.2} N, {:.1} times the spectrum around \
-             it. It {}.",
+             it; it predicts {:.0} % of the variance along the stroke in second halves of recordings, better than without \
+             it in {} of {count}. It {}.",
             line.wavelength_m * MM,
             line.resolution_m * MM,
             line.amplitude_n,
             line.amplitude_spread_n,
             line.prominence,
+            100.0 * line.holdout_gain,
+            line.better_in,
             if line.turns_with_motion {
                 "turns with the motion, as friction does"
             } else {

@@ -1,5 +1,6 @@
 //! The report: what a technician reads in a minute, and below it everything else.
 
+use super::apply::Applied;
 use super::picture::Scene;
 use super::units::{quantity, significant, with_error};
 use super::words::{CHANNELS, closed, headline, title};
@@ -19,6 +20,8 @@ pub struct Source<'a> {
     pub log_file: String,
     /// What looked suspicious about the log.
     pub warnings: Vec<String>,
+    /// The closed loop before and after, if asked for.
+    pub applied: Option<Applied>,
 }
 
 /// Seconds of held-back data shown at first; the rest is a zoom away.
@@ -41,6 +44,9 @@ pub fn page(diagnosis: &Diagnosis, source: &Source<'_>) -> Page {
     }
     rest(&mut page, diagnosis, &scene);
     gain(&mut page, diagnosis);
+    if let Some(applied) = &source.applied {
+        applied.write(&mut page);
+    }
     next(&mut page, diagnosis);
     calibration(&mut page, diagnosis);
     unjudged(&mut page, diagnosis);
@@ -179,7 +185,20 @@ fn overlays(diagnosis: &Diagnosis) -> Vec<Plot> {
             .x_range(from, from + OVERLAY_S)
             .height_px(280)
     });
-    let mut plots: Vec<Plot> = plots.collect();
+    let errors = names.iter().enumerate().map(|(channel, (title, label, factor))| {
+        let error = |predicted: &[f64]| -> Vec<f64> {
+            let pairs = overlay.measured[channel].iter().zip(predicted);
+            broken(&pairs.map(|(m, p)| m - p).collect::<Vec<_>>(), *factor)
+        };
+        let unit = label.rsplit(' ').next().unwrap_or_default();
+        Plot::new(format!("{title}: measured − predicted"), "time, s", format!("error, {unit}"))
+            .with(Series::line("rig file as given", t.clone(), error(&overlay.baseline[channel])).colour(1))
+            .with(Series::line("extended rig", t.clone(), error(&overlay.extended[channel])).colour(2))
+            .cursor_group("held back")
+            .x_range(from, from + OVERLAY_S)
+            .height_px(220)
+    });
+    let mut plots: Vec<Plot> = plots.zip(errors).flat_map(|(plot, error)| [plot, error]).collect();
     if let Some(first) = plots.first_mut() {
         first.note = format!(
             "Held-back data where the rig file errs most; every prediction starts anew from the measurement after {:.0} ms. \

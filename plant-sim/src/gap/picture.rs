@@ -34,8 +34,8 @@ impl Deficit {
 
     fn label(self) -> &'static str {
         match self {
-            Self::PressureA => "rise of p_a that is missing, bar/s",
-            Self::PressureB => "rise of p_b that is missing, bar/s",
+            Self::PressureA => "rise of p_a beyond the prediction, bar/s",
+            Self::PressureB => "rise of p_b beyond the prediction, bar/s",
             Self::Position => "measured − predicted y, mm",
             Self::Supply => "measured − predicted p_sup, bar",
         }

@@ -27,6 +27,15 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
     let tied = diagnosis.causes.iter().any(|cause| !cause.ties.is_empty());
     let unsure = if tied { " (this log leaves an alternative open, see below)" } else { "" };
     match diagnosis.verdict {
+        // One chamber's pressure and the position: only vented strokes were judged.
+        Verdict::NoGap if diagnosis.balances.is_empty() => (
+            Tone::Neutral,
+            "Nothing is shown to be wrong, but this log lets little be judged: see what it cannot tell.".to_string(),
+        ),
+        Verdict::PartlyExplained if diagnosis.balances.is_empty() => (
+            Tone::Caution,
+            format!("As far as one pressure and the position allow: {}{unsure}. The rest cannot be judged.", list(&causes)),
+        ),
         Verdict::NoGap if diagnosis.calibration.is_empty() => {
             (Tone::Good, "No gap: the rig file predicts this log as well as its noise allows.".to_string())
         }
