@@ -231,7 +231,7 @@ fn page(map: &FrictionMap, sentences: &[String]) -> Page {
     page.section("What each dependence gains");
     page.table(stage_table(map).caption(
         "Every recording is predicted from the others. The phase of the ripple depends on the recording's zero: its first \
-         half gives it, the second half is predicted.",
+         half gives it, the second half is predicted. It is kept for what it gains along the stroke, see above.",
     ));
     page
 }

@@ -46,7 +46,9 @@ pub struct Applied {
 pub fn informed(rig: &RigFile) -> Parameters {
     let mut parameters = controller::parameters(rig);
     if let Some([right, left, ..]) = rig.effects.get(Effect::ValveDeadZone) {
-        (parameters.dead_zone_right_v, parameters.dead_zone_left_v) = (*right as f32, *left as f32);
+        // The model takes the break-points in either order; the controller does not.
+        (parameters.dead_zone_right_v, parameters.dead_zone_left_v) =
+            (right.max(*left) as f32, left.min(*right) as f32);
     }
     parameters
 }
