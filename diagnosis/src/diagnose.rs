@@ -16,9 +16,13 @@ use serde::Serialize;
 const LEAST_SAMPLES: usize = 200;
 /// A balance is closed while its innovations vary no more than this over what noise explains, slowly (long-run
 /// variance) …
-const CLOSED_DISPERSION: f64 = 4.0;
+const CLOSED_DISPERSION: f64 = 2.5;
 /// … and in total (cost over that of white noise).
-const CLOSED_COST: f64 = 1.6;
+const CLOSED_COST: f64 = 1.35;
+/// Most causes named at once.
+const MOST_NAMED: usize = 3;
+/// Least share of the gap for a cause named while a balance stays open.
+const LEAST_SHARE_BESIDE_A_GAP: f64 = 0.1;
 /// Mean robust cost of one bundled, unit-variance, normal innovation.
 const COST_OF_NOISE: f64 = 0.466;
 /// A nominal value is called calibrated if it moved by this many of its standard errors and tenths of its tolerance.
@@ -150,9 +154,11 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     if judgeable & !Channel::Supply.bit() == 0 {
         return Err(DiagnosisError::NothingToJudge);
     }
-    let nominal = Hypothesis::null(&hypothesis::nominal_parameters(rig, judgeable, record.available.supply));
+    let corrected = hypothesis::nominal_parameters(rig, judgeable, record.available.supply);
+    let nominal = Hypothesis::null(&corrected);
     let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
-    let mut problem = Problem { rig, record: &record, stretches: fitted, judgeable, dispersion: [1.0; 4] };
+    let mut problem =
+        Problem { rig, record: &record, stretches: fitted, judgeable, nominal: &corrected, dispersion: [1.0; 4] };
     // A fit can only fail on a rig that cannot be simulated, which was checked above.
     let Some(found) = search::search(&mut problem, &nominal, progress) else {
         return Err(DiagnosisError::NothingToJudge);
@@ -172,12 +178,16 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         .map(|c| c.bit())
         .sum();
 
-    let confirmed = confirmed_on_hold_out(problem, &found);
+    // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
+    let few = found.best.hypothesis.effects.len() <= MOST_NAMED;
+    let confirmed = few && confirmed_on_hold_out(problem, &found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (index, effect) in found.best.hypothesis.effects.iter().enumerate() {
         let cause = cause(problem, &best, &found, *effect, index);
-        if hypothesis::channels(*effect) & open == 0 && confirmed {
+        // Where a gap stays open, a small share beside it is as likely its shadow.
+        let stands = open == 0 || cause.share >= LEAST_SHARE_BESIDE_A_GAP;
+        if hypothesis::channels(*effect) & open == 0 && confirmed && stands {
             causes.push(cause);
         } else {
             leads.push(cause);
@@ -186,7 +196,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
     causes.sort_by(by_share);
     leads.sort_by(by_share);
-    let verdict = match (causes.is_empty(), open != 0) {
+    let gap = open != 0 || !few;
+    let verdict = match (causes.is_empty(), gap) {
         (true, false) => Verdict::NoGap,
         (true, true) => Verdict::Unexplained,
         (false, false) => Verdict::Explained,
@@ -197,7 +208,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let mut kept = found.best.hypothesis.clone();
     for lead in &leads {
         if let Some(effect) = Effect::from_id(&lead.id) {
-            kept = kept.without(effect);
+            kept = kept.without(effect, problem.nominal);
         }
     }
     let kept_fit = if leads.is_empty() {
@@ -273,7 +284,7 @@ fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
         return true;
     }
     let held = Problem { stretches, dispersion: problem.dispersion, ..*problem };
-    let cost = |fit: &Fit| held.fit(fit.hypothesis.clone(), 0).map(|f| f.cost(&held) - f.prior_cost);
+    let cost = |fit: &Fit| held.fit(fit.hypothesis.clone(), 0).map(|f| f.cost(&held));
     match (cost(&found.null), cost(&found.best)) {
         (Some(null), Some(best)) => best < null,
         _ => false,

@@ -15,12 +15,24 @@ pub(crate) const BUNDLE: usize = 4;
 /// Half the squared change of predictions, in noise units, from which on an effect counts as visible in a log.
 const RESPONDS: f64 = 50.0;
 
+/// Effects whose influence is not smooth at their neutral setting.
+const SMOOTHLESS: [Effect; 6] = [
+    Effect::ValveHysteresis,
+    Effect::ValveLag,
+    Effect::LineDelay,
+    Effect::PositionDelay,
+    Effect::PressureLag,
+    Effect::StaticFriction,
+];
+
 /// The data a fit is judged on.
 pub(crate) struct Problem<'a> {
     pub(crate) rig: &'a RigFile,
     pub(crate) record: &'a Record,
     pub(crate) stretches: Vec<Stretch>,
     pub(crate) judgeable: Channels,
+    /// The nominal values that are corrected.
+    pub(crate) nominal: &'a [Parameter],
     /// Divides the cost of each channel: how much more than white noise its innovations vary at best.
     pub(crate) dispersion: [f64; 4],
 }
@@ -183,7 +195,8 @@ impl Problem<'_> {
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
         let touched = hypothesis.parameters.iter().fold(0, |all, p| all | p.channels);
         let mut cost = self.total(&residuals, &hypothesis, &values);
-        let mut damping = 1.0e-3;
+        // Priors are many decades weaker than data where the two do not compete; damping must stay below both.
+        let mut damping = 1.0e-7;
         'iterations: for _ in 0..iterations {
             if hypothesis.parameters.is_empty() {
                 break;
@@ -191,7 +204,7 @@ impl Problem<'_> {
             let columns: Vec<Residuals> =
                 (0..values.len()).map(|index| self.column(&hypothesis, &values, &residuals, index, 0.02).0).collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &columns);
-            for _ in 0..6 {
+            for _ in 0..5 {
                 let Some(step) = solve(&matrix, &gradient, damping) else { break 'iterations };
                 let trial = limited(&hypothesis.parameters, &values, &step);
                 let evaluated = self.evaluate(&hypothesis, &trial, touched).map(|mut new| {
@@ -208,13 +221,13 @@ impl Problem<'_> {
                 {
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
-                    damping = (damping * 0.2).max(1.0e-6);
+                    damping = (damping * 0.1).max(1.0e-13);
                     if gained < 0.02 + 1.0e-6 * cost {
                         break 'iterations;
                     }
                     continue 'iterations;
                 }
-                damping *= 8.0;
+                damping = (damping * 30.0).max(1.0e-6);
             }
             break;
         }
@@ -261,7 +274,7 @@ impl Problem<'_> {
                 meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
             }
         }
-        if let Some(inverse) = regularised(&matrix, 1.0e-12).try_inverse() {
+        if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
             let mut covariance = &inverse * meat * &inverse;
             for i in 0..n {
                 // Never below what white noise alone would give.
@@ -294,7 +307,7 @@ impl Problem<'_> {
                 let parameters = self.parameters(*effect);
                 let neutral = parameters.iter().zip(start).all(|(p, v)| p.neutral == *v || *v == 0.0);
                 let touched = parameters.iter().fold(0, |all, p| all | p.channels);
-                let extended = fit.hypothesis.with(*effect, parameters, start);
+                let extended = fit.hypothesis.beside(*effect, parameters, start);
                 let mut at_start = base.clone();
                 if !neutral {
                     let Some(moved) = self.evaluate(&extended, &extended.values, touched) else { return 0.0 };
@@ -306,16 +319,17 @@ impl Problem<'_> {
                 }
                 let mut columns = own.clone();
                 for index in values.len()..extended.parameters.len() {
-                    columns.push(self.column(&extended, &extended.values, &at_start, index, 0.2).0);
+                    // Where a play or a delay has to be overcome first, a small step shows nothing.
+                    let step = if SMOOTHLESS.contains(effect) { 0.2 } else { 0.02 };
+                    columns.push(self.column(&extended, &extended.values, &at_start, index, step).0);
                 }
                 let gain = |residuals: &Residuals, n: usize| {
                     let (matrix, gradient) = self.normal(&extended, &extended.values, residuals, &columns[..n]);
-                    let matrix = regularised(&matrix, 1.0e-9);
+                    let matrix = regularised(&matrix, 1.0e-14);
                     matrix.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)))
                 };
-                let started =
-                    self.total(&base, &extended, &extended.values) - self.total(&at_start, &extended, &extended.values);
-                (started + gain(&at_start, columns.len()) - gain(&base, own.len())).max(0.0)
+                let cost = |residuals: &Residuals| self.total(residuals, &extended, &extended.values);
+                (cost(&base) - cost(&at_start) + gain(&at_start, columns.len()) - gain(&base, own.len())).max(0.0)
             })
             .collect()
     }
@@ -334,7 +348,7 @@ impl Problem<'_> {
             return true;
         }
         let channels = parameters.iter().fold(0, |all, p| all | p.channels);
-        let extended = fit.hypothesis.with(effect, parameters, &start);
+        let extended = fit.hypothesis.beside(effect, parameters, &start);
         let base = self.evaluate(&fit.hypothesis, &fit.hypothesis.values, channels);
         let moved = self.evaluate(&extended, &extended.values, channels);
         let (Some(base), Some(moved)) = (base, moved) else { return false };
@@ -397,7 +411,7 @@ fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
 fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
     let mut damped = matrix.clone();
     for i in 0..damped.nrows() {
-        damped[(i, i)] += damping * matrix[(i, i)] + 1.0e-9;
+        damped[(i, i)] += damping * matrix[(i, i)] + 1.0e-10;
     }
     damped.cholesky().map(|c| -c.solve(gradient))
 }

@@ -88,6 +88,23 @@ const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
     ("friction.stribeck_velocity_m_per_s", Y),
 ];
 
+/// A nominal value this many tolerances off is strained.
+pub(crate) const STRAINED: f64 = 2.5;
+
+/// The nominal values an effect stands in for.
+fn twins(effect: Effect) -> &'static [&'static str] {
+    match effect {
+        Effect::FillCoefficient => &["valve.fill_coefficient_kg_per_s_pa"],
+        Effect::ExhaustCoefficient => &["valve.exhaust_coefficient_kg_per_s_pa"],
+        Effect::PayloadMass => &["load.mass_kg"],
+        Effect::CoulombFriction => &["friction.coulomb_n"],
+        Effect::StaticFriction => &["friction.static_n"],
+        Effect::ViscousFriction => &["friction.viscous_n_s_per_m"],
+        Effect::DeadVolume => &["cylinder.volume_a0_m3", "cylinder.volume_b0_m3"],
+        _ => &[],
+    }
+}
+
 /// The nominal values to correct on this rig.
 pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
     let mut out = Vec::new();
@@ -185,8 +202,8 @@ impl Hypothesis {
         Self { effects: Vec::new(), parameters: nominal.to_vec(), values: nominal.iter().map(|p| p.neutral).collect() }
     }
 
-    /// The same with one more effect at the given values.
-    pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
+    /// The same with one more effect beside everything there is already.
+    pub(crate) fn beside(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
         let mut out = self.clone();
         out.effects.push(effect);
         out.parameters.extend(parameters);
@@ -194,8 +211,44 @@ impl Hypothesis {
         out
     }
 
-    /// The same without one effect.
-    pub(crate) fn without(&self, effect: Effect) -> Self {
+    /// The same with one more effect at the given values.
+    ///
+    /// An effect that changes what a nominal value already stands for takes over its correction: the value returns to
+    /// nominal, and with a single twin it is fitted no more, because its tolerance then only pulls it there.
+    pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
+        let mut out = Self { effects: self.effects.clone(), ..Self::default() };
+        out.effects.push(effect);
+        let twins = twins(effect);
+        let mut start = start.to_vec();
+        for (parameter, value) in self.parameters.iter().zip(&self.values) {
+            let twin = match parameter.slot {
+                Slot::Nominal(key) => twins.contains(&key.path),
+                Slot::Effect(..) => false,
+            };
+            if twin {
+                match effect {
+                    Effect::FillCoefficient | Effect::ExhaustCoefficient | Effect::CoulombFriction => {
+                        start[0] *= value / parameter.neutral;
+                    }
+                    Effect::DeadVolume => start[0] = (start[0] + 0.5 * (value - parameter.neutral)).max(0.0),
+                    _ => start[0] += value - parameter.neutral,
+                }
+            }
+            if !twin || twins.len() > 1 {
+                // A nominal value far beyond its tolerance stood in for what is missing: it starts anew.
+                let strained = parameter.tolerance.is_some_and(|t| (value - parameter.neutral).abs() > STRAINED * t)
+                    && parameter.channels & channels(effect) != 0;
+                out.parameters.push(*parameter);
+                out.values.push(if twin || strained { parameter.neutral } else { *value });
+            }
+        }
+        out.parameters.extend(parameters);
+        out.values.extend(start);
+        out
+    }
+
+    /// The same without one effect; nominal values it stood in for are corrected again.
+    pub(crate) fn without(&self, effect: Effect, nominal: &[Parameter]) -> Self {
         let mut out =
             Self { effects: self.effects.iter().copied().filter(|e| *e != effect).collect(), ..Self::default() };
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
@@ -204,7 +257,23 @@ impl Hypothesis {
                 out.values.push(*value);
             }
         }
+        for parameter in nominal {
+            if let Slot::Nominal(key) = parameter.slot
+                && twins(effect).contains(&key.path)
+                && twins(effect).len() == 1
+            {
+                out.parameters.insert(0, *parameter);
+                out.values.insert(0, parameter.neutral);
+            }
+        }
         out
+    }
+
+    /// Channels in which nominal values are strained.
+    pub(crate) fn strained(&self) -> Channels {
+        let pairs = self.parameters.iter().zip(&self.values);
+        let strained = pairs.filter(|(p, v)| p.tolerance.is_some_and(|t| (**v - p.neutral).abs() > STRAINED * t));
+        strained.fold(0, |all, (p, _)| all | p.channels)
     }
 
     /// Values of one effect.

@@ -17,13 +17,18 @@ const TIE: f64 = 6.0;
 /// A candidate is fitted in full if its predicted gain is this part of what it must reach: predictions are linear.
 const PROMISING: f64 = 0.4;
 /// A cause must take away this part of the cost that pure noise would have in the channels it acts on.
-const RELEVANT: f64 = 0.0025;
+const RELEVANT: f64 = 0.008;
 /// Starting points tried for one candidate.
-const MOST_STARTS: usize = 3;
+const MOST_STARTS: usize = 2;
 /// No more causes than this are composed.
-const MOST_CAUSES: usize = 5;
+const MOST_CAUSES: usize = 4;
 /// Candidates fitted in full in each round, best predicted gain first.
-const FITTED: usize = 8;
+const FITTED: usize = 7;
+/// Iterations after which candidates are compared, and how many of them are then finished.
+const FIRST_ITERATIONS: usize = 3;
+const FINISHED: usize = 3;
+/// Most candidates tried where nominal values are strained.
+const MOST_STRAINED: usize = 14;
 /// Iterations of a full fit.
 const ITERATIONS: usize = 10;
 
@@ -150,6 +155,13 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
     let base = from.cost(problem);
     let worth = |c: &Candidate| c.predicted > PROMISING * gate(problem, c.effect);
     let mut count = candidates.iter().take_while(|c| worth(c)).count().min(keep);
+    // Where nominal values are strained they hide what an effect would gain; then all that act there are tried.
+    let strained = from.hypothesis.strained();
+    if strained != 0 {
+        candidates.sort_by_key(|c| hypothesis::channels(c.effect) & strained == 0 && !worth(c));
+        let acting = candidates.iter().take_while(|c| hypothesis::channels(c.effect) & strained != 0 || worth(c));
+        count = acting.count().min(MOST_STRAINED);
+    }
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
     if candidates[..count].iter().any(|c| hypothesis::channels(c.effect) & flows != 0)
         && let Some(place) = candidates.iter().position(|c| c.effect == Effect::ChokedFlow)
@@ -165,16 +177,39 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
         effects
     };
     tried.extend(rest.iter().map(|c| Tried { effects: list(c.effect), cost: base - c.predicted, fitted: false }));
-    let mut fits: Vec<Fit> = chosen
+    let starts: Vec<(Effect, &[f64])> =
+        chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
+    // A few steps show which are worth more.
+    let mut begun: Vec<Fit> = starts
         .par_iter()
-        .filter_map(|candidate| {
-            let parameters = problem.parameters(candidate.effect);
-            let fits = candidate.starts.iter().filter_map(|start| {
-                problem.fit(from.hypothesis.with(candidate.effect, parameters.clone(), start), ITERATIONS)
-            });
-            fits.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
+        .filter_map(|(effect, start)| {
+            problem.fit(from.hypothesis.with(*effect, problem.parameters(*effect), start), FIRST_ITERATIONS)
         })
         .collect();
+    begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
+    let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * TIE;
+    let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, FINISHED).min(begun.len());
+    let mut fits: Vec<Fit> =
+        begun
+            .par_iter()
+            .enumerate()
+            .filter_map(|(place, fit)| {
+                if place < finished { problem.fit(fit.hypothesis.clone(), ITERATIONS) } else { Some(fit.clone()) }
+            })
+            .collect();
+    // The same effect from several starts: the best one counts.
+    fits.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    let mut seen: Vec<Effect> = Vec::new();
+    fits.retain(|fit| {
+        let added = fit.hypothesis.effects.last().copied();
+        added.is_some_and(|effect| {
+            !seen.contains(&effect) && {
+                seen.push(effect);
+                true
+            }
+        })
+    });
     fits.sort_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
     tried.extend(fits.iter().map(|fit| Tried {
         effects: fit.hypothesis.effects.clone(),
@@ -194,7 +229,7 @@ fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
             .hypothesis
             .effects
             .par_iter()
-            .filter_map(|effect| problem.fit(fit.hypothesis.without(*effect), ITERATIONS))
+            .filter_map(|effect| problem.fit(fit.hypothesis.without(*effect, problem.nominal), ITERATIONS))
             .collect();
         let best = smaller.into_iter().min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
         match best {
@@ -230,10 +265,12 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
 
 /// Replaces causes one at a time by better ones, as long as that helps.
 fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> Fit {
-    for _ in 0..3 {
+    for _ in 0..2 {
         let mut improved = None;
         for effect in best.hypothesis.effects.clone() {
-            let Some(without) = problem.fit(best.hypothesis.without(effect), ITERATIONS) else { continue };
+            let Some(without) = problem.fit(best.hypothesis.without(effect, problem.nominal), ITERATIONS) else {
+                continue;
+            };
             for fit in extensions(problem, &without, 4, tried).into_iter().take(1) {
                 let limit = improved.as_ref().unwrap_or(&best);
                 if charged(problem, &fit) < charged(problem, limit) - 1.0 {
@@ -257,7 +294,7 @@ fn ties(problem: &Problem<'_>, best: &Fit, tried: &mut Vec<Tried>) -> (Vec<Vec<E
     for effect in &best.hypothesis.effects {
         let mut tied = Vec::new();
         let mut loss = 0.0;
-        if let Some(without) = problem.fit(best.hypothesis.without(*effect), ITERATIONS) {
+        if let Some(without) = problem.fit(best.hypothesis.without(*effect, problem.nominal), ITERATIONS) {
             loss = without.cost(problem) - best.cost(problem);
             for fit in extensions(problem, &without, 5, tried) {
                 let added = *fit.hypothesis.effects.last().unwrap_or(effect);

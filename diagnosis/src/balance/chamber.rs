@@ -13,8 +13,11 @@ pub(crate) enum Side {
 /// Time constant with which the prediction is drawn towards the measurement, s: long enough for leaks to build up,
 /// short enough to forget a chamber's past within a few strokes.
 const MEMORY_S: f64 = 1.0;
-/// The first part of every stretch, s, during which the prediction settles and is not counted.
-const SETTLING_S: f64 = 0.05;
+/// The first part of every stretch, s, during which the prediction settles and is not counted: where the spool stood
+/// and what was under way to it is unknown there.
+const SETTLING_S: f64 = 0.1;
+/// Time constant while settling, s.
+const SETTLING_MEMORY_S: f64 = 0.02;
 
 /// Prediction errors of the chamber's pressure in units of its noise.
 pub(crate) fn innovations(
@@ -62,7 +65,11 @@ pub(crate) fn innovations(
                 break;
             }
             let dt = record.interval_s(k);
-            let drawn = error * (dt / (MEMORY_S + dt));
+            // Once settled, the start is known as well as an average over what was seen since: the gain falls like one
+            // over time, as a Kalman filter's would, down to that of the long memory.
+            let since = record.t_s[k] - settled;
+            let memory = if since < 0.0 { SETTLING_MEMORY_S } else { (SETTLING_MEMORY_S + since).min(MEMORY_S) };
+            let drawn = error * (dt / (memory + dt));
             p += drawn;
             sensed += drawn;
             let before = p;
