@@ -87,6 +87,7 @@ fn known_keys() -> Vec<String> {
         setpoint_range_m: Some([0.0, 0.1]),
         setpoint_velocity_m_per_s: Some(1.0),
         setpoint_acceleration_m_per_s2: Some(1.0),
+        dead_zone_blend_v: Some(0.01),
         safe_voltage_v: Some(0.0),
         command_time_out_s: Some(1.0),
         ..Parameters::default()
