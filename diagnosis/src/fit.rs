@@ -204,7 +204,7 @@ impl Problem<'_> {
             let columns: Vec<Residuals> =
                 (0..values.len()).map(|index| self.column(&hypothesis, &values, &residuals, index, 0.02).0).collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &columns);
-            for _ in 0..5 {
+            for _ in 0..7 {
                 let Some(step) = solve(&matrix, &gradient, damping) else { break 'iterations };
                 let trial = limited(&hypothesis.parameters, &values, &step);
                 let evaluated = self.evaluate(&hypothesis, &trial, touched).map(|mut new| {
@@ -227,11 +227,12 @@ impl Problem<'_> {
                     }
                     continue 'iterations;
                 }
-                damping = (damping * 30.0).max(1.0e-6);
+                damping = (damping * 60.0).max(1.0e-6);
             }
             break;
         }
         hypothesis.values = values;
+        hypothesis.put_in_order();
         Some(self.finish(hypothesis, &residuals))
     }
 

@@ -173,6 +173,8 @@ pub(crate) fn effect_parameters(rig: &RigFile, effect: Effect, judgeable: Channe
                 negligible: match effect {
                     // A choked valve is another law, not more or less of the nominal one.
                     Effect::ChokedFlow => 0.0,
+                    // A faint ripple of some wavelength is found in any noise.
+                    Effect::FrictionPosition if index == 1 => 0.03,
                     // Within a sampling interval, delays and lags are a matter of how the logger takes its samples.
                     _ if parameter.name.ends_with("_s") && effect != Effect::SupplyDroop => {
                         interval_s.max(NEGLIGIBLE * scale)
@@ -257,16 +259,43 @@ impl Hypothesis {
                 out.values.push(*value);
             }
         }
+        let removed = self.values_of(effect).first().copied();
         for parameter in nominal {
-            if let Slot::Nominal(key) = parameter.slot
-                && twins(effect).contains(&key.path)
-                && twins(effect).len() == 1
-            {
+            let Slot::Nominal(key) = parameter.slot else { continue };
+            let (true, Some(removed)) = (twins(effect).contains(&key.path), removed) else { continue };
+            let given_back = match effect {
+                Effect::FillCoefficient | Effect::ExhaustCoefficient | Effect::CoulombFriction => {
+                    parameter.neutral * removed
+                }
+                Effect::DeadVolume => parameter.neutral + removed,
+                _ => removed,
+            };
+            if twins(effect).len() == 1 {
                 out.parameters.insert(0, *parameter);
-                out.values.insert(0, parameter.neutral);
+                out.values.insert(0, given_back.clamp(parameter.min, parameter.max));
+                continue;
+            }
+            let same = |p: &Parameter| matches!(p.slot, Slot::Nominal(other) if other.path == key.path);
+            if let Some(place) = out.parameters.iter().position(same) {
+                let value = out.values[place] + given_back - parameter.neutral;
+                out.values[place] = value.clamp(parameter.min, parameter.max);
             }
         }
         out
+    }
+
+    /// The model takes the larger break-point of a dead zone as the right one; so do the values.
+    pub(crate) fn put_in_order(&mut self) {
+        let place = |wanted: usize| {
+            self.parameters
+                .iter()
+                .position(|p| matches!(p.slot, Slot::Effect(Effect::ValveDeadZone, index) if index == wanted))
+        };
+        if let (Some(right), Some(left)) = (place(0), place(1))
+            && self.values[right] < self.values[left]
+        {
+            self.values.swap(right, left);
+        }
     }
 
     /// Channels in which nominal values are strained.

@@ -15,7 +15,8 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
         if opening.fills_a { opening.magnitude } else { -opening.magnitude }
     };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
-    let (mut played, mut spool) = (clamp(first), clamp(first));
+    // A log is taken to begin with the valve at mid; anything else is forgotten within the settling time.
+    let (mut played, mut spool) = (0.0f64.clamp(first - c.play_half_width_v, first + c.play_half_width_v), 0.0);
     let mut source = 0;
     let mut last = (f64::NAN, 0.0);
     for k in 0..u.len() {
