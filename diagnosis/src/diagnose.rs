@@ -21,6 +21,8 @@ const CLOSED_DISPERSION: f64 = 2.5;
 /// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
 const CLOSED_COST_OF_MASS: f64 = 3.0;
 const CLOSED_COST_OF_FORCE: f64 = 4.5;
+/// Misfit up to which a balance looks like noise.
+const WHITE_ENOUGH: f64 = 1.12;
 /// Most causes named at once.
 const MOST_NAMED: usize = 3;
 /// Least share of the gap for a cause named while a balance stays open.
@@ -182,7 +184,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
 
     // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
     let few = found.best.hypothesis.effects.len() <= MOST_NAMED;
-    let confirmed = few && confirmed_on_hold_out(problem, &found);
+    let most = explains_most(&found, &balances);
+    let confirmed = few && most && confirmed_on_hold_out(problem, &found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (index, effect) in found.best.hypothesis.effects.iter().enumerate() {
@@ -206,7 +209,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
     causes.sort_by(by_share);
     leads.sort_by(by_share);
-    let gap = open != 0 || !few;
+    let gap = open != 0 || !few || !most;
     let verdict = match (causes.is_empty(), gap) {
         (true, false) => Verdict::NoGap,
         (true, true) => Verdict::Unexplained,
@@ -286,6 +289,20 @@ fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]
             }
         })
         .collect()
+}
+
+/// Whether the causes take away more misfit from the balances they act on than they leave: a name for the smaller part
+/// of a gap is a guess.
+fn explains_most(found: &Found, balances: &[Balance]) -> bool {
+    let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
+    let (mut gained, mut left) = (0.0, 0.0);
+    for channel in Channel::ALL.into_iter().filter(|c| touched & c.bit() != 0) {
+        for balance in balances.iter().filter(|b| b.channel == name(channel)) {
+            gained += balance.nominal_misfit - balance.extended_misfit;
+            left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
+        }
+    }
+    touched == 0 || gained > left
 }
 
 /// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
