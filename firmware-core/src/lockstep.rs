@@ -1,7 +1,7 @@
 //! Lock-step exchange of codes between a plant on the desktop and the control loop elsewhere (QEMU, through two pipes).
 //!
 //! The guest says [`READY`]. The host sends the length of a [`SetupMessage`] (two bytes, little-endian), then the message; the
-//! guest answers [`ACCEPTED`] or [`REFUSED`]. Then one [`TickMessage`] of the host is answered by one [`Answer`], until the
+//! guest answers [`ACCEPTED`] or [`REFUSED`]. Then one `TickMessage` of the host is answered by one `Answer`, until the
 //! host sends a message that starts with [`END`], which the guest answers with [`Counts`].
 
 use control::{AdcCode, Command, ExternalFaults, Inputs, Mode, Parameters, Position, State};
@@ -24,9 +24,9 @@ pub const TICK: u8 = 1;
 pub const END: u8 = 2;
 /// First byte of a watchdog reset; not answered.
 pub const WATCHDOG_RESET: u8 = 3;
-/// Bytes of a [`TickMessage`].
+/// Bytes of a `TickMessage`.
 pub const TICK_BYTES: usize = 16;
-/// Bytes of an [`Answer`].
+/// Bytes of an `Answer`.
 pub const ANSWER_BYTES: usize = 4;
 /// Bytes of [`Counts`].
 pub const COUNTS_BYTES: usize = 32;

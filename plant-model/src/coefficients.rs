@@ -2,7 +2,7 @@
 
 use crate::dead_zone::DeadZone;
 
-/// Everything the right-hand side needs, effects included. Built by [`Plant::new`], changed by effects only.
+/// Everything the right-hand side needs, effects included. Built by `Plant::new`, changed by effects only.
 ///
 /// Public so that a single balance can be evaluated against measured signals with the very same coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
