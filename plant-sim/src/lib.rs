@@ -25,6 +25,7 @@ pub mod import;
 pub mod metrics;
 pub mod open_loop;
 pub mod paper;
+pub mod probe;
 pub mod recording;
 pub mod stdio;
 pub mod sweep;

@@ -14,6 +14,8 @@ pub enum Remark {
     Lost(f64, u32),
     /// The board restarted; the log's time goes on.
     Restart(f64),
+    /// The model monitor has begun to contradict the sensors.
+    Disagreement(f64),
     /// Any other line of the board.
     Text(String),
 }
@@ -103,8 +105,12 @@ impl Recorder {
             if self.take_record(line, remarks).is_none() {
                 self.tally.malformed += 1;
             }
-        } else if !line.starts_with("event ") {
-            // Events repeat what the record before them says.
+        } else if line.starts_with("event ") {
+            // Of the mode the record before has told already.
+            if number(line, "disagreement") == Some(true) {
+                remarks.push(Remark::Disagreement(self.latest.t_s));
+            }
+        } else {
             remarks.push(Remark::Text(line.to_owned()));
         }
     }

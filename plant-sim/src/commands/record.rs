@@ -2,20 +2,23 @@
 
 use super::CliError;
 use indicatif::{ProgressBar, ProgressStyle};
+use plant_sim::probe::{self, Choice};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::InputError;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Turn the telemetry of a running board into a log.
 ///
-/// Reads the raw bytes of RTT channel 0 (defmt) from a file or from standard input, decodes them with the format strings in
-/// the firmware file, and writes t_s,y_m,u_v,p_a_pa,p_b_pa,p_sup_pa,y_ref_m. u_v is what the valve holds from the row's
+/// Reads the raw bytes of RTT channel 0 (defmt) from the board's debug probe, a file or standard input, decodes them with the
+/// format strings in the firmware file, and writes t_s,y_m,u_v,p_a_pa,p_b_pa,p_sup_pa,y_ref_m. u_v is what the valve holds from the row's
 /// sample on. Lost records leave a row of blank fields: a gap, never bridged. Ends with the stream, or with Ctrl-C.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
+    Straight from the board (needs a plant-sim built with --features probe):\n  \
+    plant-sim record --elf target/thumbv7em-none-eabihf/release/firmware --probe --out out/run.csv\n\n  \
     With OpenOCD serving the board's RTT channel on a local port (docs/commissioning.md):\n  \
     nc localhost 9090 | plant-sim record --elf target/thumbv7em-none-eabihf/release/firmware --out out/run.csv\n\n  \
     From a stream that was saved:\n  \
@@ -27,6 +30,12 @@ pub(crate) struct Arguments {
     /// The raw stream: a file, or - for standard input
     #[arg(long, value_name = "FILE", default_value = "-")]
     from: PathBuf,
+    /// Read from the board's debug probe instead; with more than one, VID:PID:SERIAL chooses
+    #[arg(long, value_name = "PROBE", num_args = 0..=1, conflicts_with = "from")]
+    probe: Option<Option<String>>,
+    /// The board's chip, for --probe
+    #[arg(long, value_name = "CHIP", default_value = "STM32G474RETx", requires = "probe")]
+    chip: String,
     /// Where to write the log (CSV)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -44,14 +53,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let elf_name = arguments.elf.display().to_string();
     let elf = std::fs::read(&arguments.elf).map_err(|error| InputError::unreadable(&elf_name, &error))?;
+    let (from, mut input) = open(arguments, &elf)?;
     let table = format_table(&elf, &elf_name)?;
     let mut decoder = table.new_stream_decoder();
-    let from = arguments.from.display().to_string();
-    let mut input: Box<dyn Read> = if from == "-" {
-        Box::new(std::io::stdin())
-    } else {
-        Box::new(std::fs::File::open(&arguments.from).map_err(|error| InputError::unreadable(&from, &error))?)
-    };
 
     let stop = Arc::new(AtomicBool::new(false));
     let on_interrupt = Arc::clone(&stop);
@@ -64,12 +68,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut recorder = Recorder::new();
     let mut bytes = [0; 4096];
     let mut first_s = None;
+    let mut broken = None;
     while !stop.load(Ordering::Relaxed) {
         let count = match input.read(&mut bytes) {
             Ok(0) => break,
             Ok(count) => count,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(InputError::unreadable(&from, &error).into()),
+            Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::WouldBlock) => continue,
+            Err(error) => {
+                broken = Some(error);
+                break;
+            }
         };
         let mut remarks = Vec::new();
         decode(decoder.as_mut(), bytes.get(..count).unwrap_or_default(), &mut recorder, &mut remarks);
@@ -89,6 +97,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
     let tally = recorder.tally;
     if tally.records == 0 {
+        if let Some(error) = broken {
+            return Err(InputError::unreadable(&from, &error).into());
+        }
         let remedy = if tally.unscaled > 0 {
             "record for longer than a second: the board repeats its ranges once a second"
         } else {
@@ -106,7 +117,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         tally.unscaled,
         arguments.out.display()
     );
-    Ok(())
+    match broken {
+        None => Ok(()),
+        Some(error) => Err(CliError::Failed(format!("{from}: {error}; what came before is in the log"))),
+    }
+}
+
+/// Where the bytes come from, and its name.
+fn open(arguments: &Arguments, elf: &[u8]) -> Result<(String, Box<dyn Read>), CliError> {
+    if let Some(selector) = &arguments.probe {
+        let choice = Choice { chip: &arguments.chip, selector: selector.as_deref() };
+        let stream = probe::attach(&choice, elf).map_err(|error| CliError::Usage(error.to_string()))?;
+        return Ok(("the probe".into(), stream));
+    }
+    let from = arguments.from.display().to_string();
+    if from == "-" {
+        return Ok(("standard input".into(), Box::new(std::io::stdin())));
+    }
+    let file = std::fs::File::open(&arguments.from).map_err(|error| InputError::unreadable(&from, &error))?;
+    Ok((from, Box::new(file)))
 }
 
 fn sentence(remark: &Remark) -> String {
@@ -114,6 +143,7 @@ fn sentence(remark: &Remark) -> String {
         Remark::Mode(t_s, word) => format!("{t_s:10.3} s  {word}"),
         Remark::Lost(t_s, count) => format!("{t_s:10.3} s  {count} records lost"),
         Remark::Restart(t_s) => format!("{t_s:10.3} s  the board has restarted"),
+        Remark::Disagreement(t_s) => format!("{t_s:10.3} s  the readings contradict the board's model"),
         Remark::Text(text) => format!("              {text}"),
     }
 }
