@@ -7,7 +7,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 1;
+pub const PROTOCOL_VERSION: u8 = 2;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -124,6 +124,8 @@ pub struct Status {
     pub overruns: u32,
     /// Ticks that began late or never.
     pub late_ticks: u32,
+    /// Ticks in which the model monitor saw a contradiction, since start.
+    pub disagreements: u32,
     /// Frames thrown away.
     pub bad_frames: u32,
     /// Most core clock cycles from the end of sampling to the valve code, since start.

@@ -92,6 +92,13 @@ parameters! {
     CommandTimeOut = 31: "command_time_out_s", 0.0, 0.0 => 3600.0, "Longest silence of the host while running, s; 0: any.";
     TelemetryEvery = 32: "telemetry_every", 10.0, 1.0 => 10000.0, "One telemetry record every so many ticks.";
     Monitor = 33: "monitor", 2.0, 0.0 => 2.0, "Model monitor: 0 off, 1 warns, 2 trips.";
+    MonitorHorizon = 34: "monitor_horizon_s", 0.05, 0.005 => 1.0, "How far back the model monitor compares, s.";
+    MonitorPressure = 35: "monitor_pressure_pa", 3.5e3, 10.0 => 1.0e6,
+        "Pressure error the monitor always allows, Pa: about five times the sensors' noise.";
+    MonitorPosition = 36: "monitor_position_m", 0.4e-3, 0.0 => 0.1,
+        "Position error the monitor always allows, m: about seven times the sensor's noise, more for play.";
+    MonitorRelative = 37: "monitor_relative", 0.2, 0.0 => 2.0, "Relative error of flow and motion the monitor allows.";
+    MonitorOpening = 38: "monitor_opening_v", 0.025, 0.0 => 5.0, "Valve hysteresis and null shift the monitor allows, V.";
     GasConstant = 40: "gas_constant_j_per_kg_k", 287.0, 1.0 => 1.0e4, "Specific gas constant, J/(kg K).";
     Temperature = 41: "temperature_k", 293.0, 200.0 => 400.0, "Supply air temperature, K.";
     HeatCapacityRatio = 42: "heat_capacity_ratio", 1.4, 1.01 => 1.7, "Ratio of specific heats.";

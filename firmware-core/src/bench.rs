@@ -3,8 +3,8 @@
 //! This is the one place where floating point runs in the control tick, and only while bench mode is on. One tick is one
 //! L-stable step of the plant model in f32; the slowest tick (1 kHz) is short enough for it.
 
-use board_link::Parameter;
-use plant_model::{Plant, State, Stepper};
+use control::Parameters;
+use plant_model::{Plant, Rig, State, Stepper};
 
 use crate::settings::Settings;
 
@@ -28,7 +28,7 @@ struct Line {
 }
 
 impl Line {
-    fn new(low: f32, high: f32) -> Self {
+    fn new([low, high]: [f32; 2]) -> Self {
         Self { low, codes_per_unit: 65_535.0 / (high - low) }
     }
 
@@ -42,18 +42,23 @@ impl BenchPlant {
     /// The plant at rest at mid-stroke. `None` if the settings describe no physical rig.
     #[must_use]
     pub fn new(settings: &Settings) -> Option<Self> {
-        let rig = settings.rig();
-        let plant = Plant::without_effects(&rig).ok()?;
+        Self::of_rig(&settings.rig(), &settings.control_parameters())
+    }
+
+    /// The same for a rig and the control law's converters.
+    #[must_use]
+    pub fn of_rig(rig: &Rig<f32>, parameters: &Parameters) -> Option<Self> {
+        let plant = Plant::without_effects(rig).ok()?;
         let pressure = rig.equilibrium_pressure_pa();
         let state = plant.state_at_rest(0.0, pressure, pressure);
-        let tick_s = 1.0 / settings.tick_hz() as f32;
-        let (low_v, high_v) = (settings.get(Parameter::ValveLow), settings.get(Parameter::ValveHigh));
+        let tick_s = 1.0 / parameters.tick_hz as f32;
+        let [low_v, high_v] = parameters.valve_range_v;
         Some(Self {
             plant,
             state,
             tick_s,
-            position: Line::new(settings.get(Parameter::PositionLow), settings.get(Parameter::PositionHigh)),
-            pressure: Line::new(settings.get(Parameter::PressureLow), settings.get(Parameter::PressureHigh)),
+            position: Line::new(parameters.position_range_m),
+            pressure: Line::new(parameters.pressure_range_pa),
             volts_per_code: (high_v - low_v) / 4095.0,
             volts_at_zero: low_v,
         })

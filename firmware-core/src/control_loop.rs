@@ -57,6 +57,7 @@ pub struct ControlLoop {
     setup: Setup,
     state: State,
     disagreement: bool,
+    warned: bool,
     previous_u_v: f32,
     seen: Telemetry,
     course: Course,
@@ -86,6 +87,7 @@ impl ControlLoop {
             setup,
             state,
             disagreement: false,
+            warned: false,
             previous_u_v: 0.0,
             seen: Telemetry::default(),
             course: Course::Hold(Position::ZERO),
@@ -111,6 +113,13 @@ impl ControlLoop {
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.state.mode()
+    }
+
+    /// Whether air may be let to the valve: while idle or running, never on the bench.
+    #[inline]
+    #[must_use]
+    pub fn air_allowed(&self) -> bool {
+        matches!(self.state.mode(), Mode::Idle | Mode::Run) && self.bench.is_none()
     }
 
     /// Whether the simulated plant stands in.
@@ -147,8 +156,9 @@ impl ControlLoop {
         self.reference = outputs.telemetry.reference;
         self.tick = self.tick.wrapping_add(1);
         let mode = mode_number(outputs.mode);
-        let event = mode != self.last_mode;
-        self.last_mode = mode;
+        let disagreement = self.disagreement;
+        let event = mode != self.last_mode || (disagreement && !self.warned);
+        (self.last_mode, self.warned) = (mode, disagreement);
         let record_due = event || self.until_record == 0;
         self.until_record =
             if self.until_record == 0 { self.setup.every.saturating_sub(1) } else { self.until_record - 1 };
@@ -160,6 +170,7 @@ impl ControlLoop {
             held,
             reference_bits: self.reference.to_bits(),
             mode,
+            disagreement,
             event,
             stamps: [0; 3],
         };
@@ -181,9 +192,6 @@ impl ControlLoop {
     pub fn reboot(&mut self, reason: Reason) {
         self.state = State::boot(Some(reason));
         self.disagreement = false;
-        if let Some(monitor) = &mut self.setup.monitor {
-            monitor.restart();
-        }
     }
 
     /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick.
@@ -201,8 +209,14 @@ impl ControlLoop {
             pressure_b_pa: pascals(self.seen.pressure_b),
             supply_pa: self.seen.supply.map(pascals),
         };
-        self.disagreement = monitor.step(&readings, self.previous_u_v).disagreement;
-        self.previous_u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
+        let u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
+        if self.state.mode() == Mode::Run {
+            self.disagreement = monitor.step(&readings, self.previous_u_v).disagreement;
+        } else {
+            monitor.restart(u_v);
+            self.disagreement = false;
+        }
+        self.previous_u_v = u_v;
         self.disagreement
     }
 

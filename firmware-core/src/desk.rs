@@ -177,6 +177,7 @@ fn status(now: &Snapshot, bad_frames: u32) -> Status {
         telemetry_lost: readings.records_lost,
         overruns: readings.overruns,
         late_ticks: readings.late_ticks,
+        disagreements: readings.disagreements,
         bad_frames,
         worst_cycles: readings.worst_cycles,
         bench: readings.bench,

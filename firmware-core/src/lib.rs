@@ -14,6 +14,7 @@
 //! | --- | --- |
 //! | one tick: generator, (bench plant,) control law, record, model monitor | `control_loop.rs` |
 //! | what drives the setpoint | `generator.rs` |
+//! | sums of oversampled conversions → codes | `oversampled.rs` |
 //! | the simulated plant in place of sensors and valve | `bench.rs` |
 //! | what one tick leaves for telemetry | `record.rs` |
 //! | the lines of telemetry | `telemetry_lines.rs` |
@@ -22,6 +23,7 @@
 //! | parameters in flash | `store.rs` |
 //! | commands → answers and orders | `desk.rs` |
 //! | codes in lock-step with a plant elsewhere | `lockstep.rs` |
+//! | timing faults of the interrupt | `timing.rs` |
 //! | whether the watchdog may be fed | `supervisor.rs` |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -32,6 +34,7 @@ mod desk;
 mod generator;
 #[cfg(feature = "lockstep")]
 pub mod lockstep;
+mod oversampled;
 mod record;
 mod settings;
 mod snapshot;
@@ -39,11 +42,13 @@ mod store;
 mod supervisor;
 #[cfg(feature = "defmt")]
 mod telemetry_lines;
+mod timing;
 
 pub use bench::BenchPlant;
 pub use control_loop::{ControlLoop, Order, Setup, Tick};
 pub use desk::{Action, Desk, OrderOutcome};
 pub use generator::Course;
+pub use oversampled::code_of_sum;
 pub use record::{Record, mode_from_number, mode_number};
 pub use settings::{Settings, SettingsError};
 pub use snapshot::{Readings, Snapshot};
@@ -51,3 +56,4 @@ pub use store::{Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
 #[cfg(feature = "defmt")]
 pub use telemetry_lines::{Scales, send as send_record};
+pub use timing::Timing;

@@ -9,6 +9,7 @@ use monitor::{Monitor, MonitorParameters};
 use plant_model::{Cylinder, Effect, Effects, Friction, Gas, Load, Rig, Supply, Valve};
 use serde::{Deserialize, Serialize};
 
+use crate::bench::BenchPlant;
 use crate::control_loop::Setup;
 use crate::record::{mode_from_number, mode_number};
 
@@ -29,7 +30,7 @@ pub const TICK_BYTES: usize = 16;
 /// Bytes of an `Answer`.
 pub const ANSWER_BYTES: usize = 4;
 /// Bytes of [`Counts`].
-pub const COUNTS_BYTES: usize = 32;
+pub const COUNTS_BYTES: usize = 40;
 /// Longest setup.
 pub const SETUP_BYTES: usize = 1024;
 
@@ -50,6 +51,8 @@ pub struct SetupMessage {
     pub armed: bool,
     /// One telemetry record every so many ticks; 0: none.
     pub every: u32,
+    /// Bench mode: the guest's own plant in place of the codes of the ticks.
+    pub bench: bool,
 }
 
 /// A rig as a list of numbers, in the order of its fields.
@@ -128,6 +131,12 @@ pub fn effect_numbers(effects: &Effects<f32>) -> heapless::Vec<(u8, [f32; 3]), 2
 }
 
 impl SetupMessage {
+    /// The plant of bench mode. `None` if the numbers describe no physical rig.
+    #[must_use]
+    pub fn bench_plant(&self) -> Option<BenchPlant> {
+        BenchPlant::of_rig(&rig_of(&self.rig), &self.parameters)
+    }
+
     /// What the guest runs with. `None` if a number is out of range.
     #[must_use]
     pub fn into_setup(self) -> Option<(Setup, State)> {
@@ -230,12 +239,14 @@ pub struct Counts {
     pub law: [u32; 3],
     /// Fewest, sum, most of law and monitor together.
     pub all: [u32; 3],
+    /// Fewest, sum, most of the plant of bench mode; zero without it.
+    pub bench: [u32; 3],
 }
 
 impl Counts {
     /// Takes one tick into account.
-    pub fn add(&mut self, law: u32, all: u32) {
-        for ([least, sum, most], count) in [(&mut self.law, law), (&mut self.all, all)] {
+    pub fn add(&mut self, law: u32, all: u32, bench: u32) {
+        for ([least, sum, most], count) in [(&mut self.law, law), (&mut self.all, all), (&mut self.bench, bench)] {
             *least = if self.ticks == 0 { count } else { count.min(*least) };
             *sum = sum.saturating_add(count);
             *most = count.max(*most);
@@ -246,7 +257,8 @@ impl Counts {
     /// As bytes.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; COUNTS_BYTES] {
-        let words = [self.ticks, self.law[0], self.law[1], self.law[2], self.all[0], self.all[1], self.all[2], 0];
+        let ([l0, l1, l2], [a0, a1, a2], [b0, b1, b2]) = (self.law, self.all, self.bench);
+        let words = [self.ticks, l0, l1, l2, a0, a1, a2, b0, b1, b2];
         let mut bytes = [0; COUNTS_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
@@ -257,11 +269,11 @@ impl Counts {
     /// From bytes.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; COUNTS_BYTES]) -> Self {
-        let mut words = [0; 8];
+        let mut words = [0; 10];
         for (word, place) in words.iter_mut().zip(bytes.chunks_exact(4)) {
             *word = place.iter().rev().fold(0, |sum, byte| sum << 8 | u32::from(*byte));
         }
-        let [ticks, l0, l1, l2, a0, a1, a2, _] = words;
-        Self { ticks, law: [l0, l1, l2], all: [a0, a1, a2] }
+        let [ticks, l0, l1, l2, a0, a1, a2, b0, b1, b2] = words;
+        Self { ticks, law: [l0, l1, l2], all: [a0, a1, a2], bench: [b0, b1, b2] }
     }
 }

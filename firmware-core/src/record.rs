@@ -19,7 +19,9 @@ pub struct Record {
     pub reference_bits: i32,
     /// See [`mode_number`].
     pub mode: u16,
-    /// The mode differs from the record before: sent whatever the decimation.
+    /// The model monitor saw a contradiction in the tick before. While it only warns, this is all that comes of it.
+    pub disagreement: bool,
+    /// The mode differs from the record before, or a contradiction has begun: sent whatever the decimation.
     pub event: bool,
     /// Core clock cycles from interrupt entry to: samples read, control done, valve written.
     pub stamps: [u16; 3],

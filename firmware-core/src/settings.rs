@@ -82,7 +82,7 @@ impl Settings {
         let watching = if monitor == 0 {
             None
         } else {
-            let parameters = MonitorParameters::default();
+            let parameters = self.monitor_parameters();
             let tick_s = 1.0 / self.tick_hz() as f32;
             let plant = Plant::without_effects(&self.rig())
                 .map_err(|error| SettingsError { key: error.key, must: error.must })?;
@@ -133,6 +133,19 @@ impl Settings {
             command_time_out_s: unless_zero(P::CommandTimeOut),
             // 16-bit ADC codes and 12-bit DAC codes: what every board hands over.
             ..Parameters::default()
+        }
+    }
+
+    /// What the model monitor allows.
+    #[must_use]
+    pub fn monitor_parameters(&self) -> MonitorParameters {
+        use Parameter as P;
+        MonitorParameters {
+            horizon_s: self.get(P::MonitorHorizon),
+            pressure_pa: self.get(P::MonitorPressure),
+            position_m: self.get(P::MonitorPosition),
+            relative: self.get(P::MonitorRelative),
+            opening_v: self.get(P::MonitorOpening),
         }
     }
 

@@ -16,6 +16,7 @@ pub struct Snapshot {
     reference_bits: AtomicU32,
     overruns: AtomicU32,
     late_ticks: AtomicU32,
+    disagreements: AtomicU32,
     records_lost: AtomicU32,
     worst_cycles: AtomicU32,
     bench: AtomicU32,
@@ -38,6 +39,8 @@ pub struct Readings {
     pub overruns: u32,
     /// Ticks that began late or never.
     pub late_ticks: u32,
+    /// Ticks in which the model monitor saw a contradiction.
+    pub disagreements: u32,
     /// Telemetry records lost.
     pub records_lost: u32,
     /// Most cycles from interrupt entry to the valve code.
@@ -58,6 +61,7 @@ impl Snapshot {
             reference_bits: AtomicU32::new(0),
             overruns: AtomicU32::new(0),
             late_ticks: AtomicU32::new(0),
+            disagreements: AtomicU32::new(0),
             records_lost: AtomicU32::new(0),
             worst_cycles: AtomicU32::new(0),
             bench: AtomicU32::new(0),
@@ -86,6 +90,12 @@ impl Snapshot {
     #[inline]
     pub fn count_late(&self) {
         self.late_ticks.store(self.late_ticks.load(Relaxed).wrapping_add(1), Relaxed);
+    }
+
+    /// Counts a tick in which the model monitor saw a contradiction.
+    #[inline]
+    pub fn count_disagreement(&self) {
+        self.disagreements.store(self.disagreements.load(Relaxed).wrapping_add(1), Relaxed);
     }
 
     /// Counts a telemetry record that found the queue full.
@@ -135,6 +145,7 @@ impl Snapshot {
             setpoint_um: micrometres(control::Position::from_bits(self.reference_bits.load(Relaxed) as i32)),
             overruns: self.overruns.load(Relaxed),
             late_ticks: self.late_ticks.load(Relaxed),
+            disagreements: self.disagreements.load(Relaxed),
             records_lost: self.records_lost(),
             worst_cycles: self.worst_cycles.load(Relaxed),
             bench: self.bench.load(Relaxed) != 0,

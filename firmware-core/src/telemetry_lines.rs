@@ -86,6 +86,11 @@ pub fn send(record: &Record, lost: u32) {
         lost,
     );
     if record.event {
-        defmt::warn!("event tick={=u32} mode={=u16}", record.tick, record.mode);
+        defmt::warn!(
+            "event tick={=u32} mode={=u16} disagreement={=bool}",
+            record.tick,
+            record.mode,
+            record.disagreement
+        );
     }
 }

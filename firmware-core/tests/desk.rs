@@ -1,6 +1,6 @@
 //! The whole firmware without hardware: requests at the desk, orders to the loop, the simulated plant on the bench.
 
-use board_link::{Command, Generator, Parameter, Refusal, Reply, Shape};
+use board_link::{Command, Generator, Parameter, ParameterError, Refusal, Reply, Shape};
 use control::{ExternalFaults, Mode, Reason};
 use firmware_core::{Action, ControlLoop, Desk, OrderOutcome, Progress, Settings, Snapshot, Supervisor, Verdict};
 
@@ -222,4 +222,36 @@ fn a_loop_that_stops_is_dead_after_two_checks() {
 fn an_order_that_was_not_carried_out_is_not_called_done() {
     assert!(!OrderOutcome::Running.shown_by(Mode::Idle));
     assert!(!OrderOutcome::NotSafe.shown_by(Mode::Safe(Reason::Overrun)));
+}
+
+#[test]
+fn a_monitor_that_only_warns_counts_and_reports_the_beginning_of_a_contradiction_and_goes_on() {
+    let mut board = Board::idle();
+    assert_eq!(board.ask(Command::Set(Parameter::Monitor, 1.0)), Ok(Reply::Done));
+    board.run(300, at_rest);
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 200_000 })), Ok(Reply::Done));
+    let mut reports = 0;
+    for tick in 0..100 {
+        let tick = board.control_loop.tick(at_rest(tick), ExternalFaults::default(), true);
+        reports += u32::from(tick.record.event && tick.record.disagreement);
+        assert!(tick.record_due || !tick.record.event);
+        board.control_loop.watch();
+    }
+    assert_eq!((board.control_loop.mode(), reports), (Mode::Run, 1));
+}
+
+#[test]
+fn the_monitors_tolerances_are_parameters_and_wide_ones_let_a_contradiction_pass() {
+    let mut board = Board::idle();
+    assert_eq!(
+        board.ask(Command::Set(Parameter::MonitorPressure, 0.0)),
+        Err(Refusal::Parameter(ParameterError::Range))
+    );
+    assert_eq!(board.ask(Command::Set(Parameter::MonitorPressure, 1.0e6)), Ok(Reply::Done));
+    board.run(300, at_rest);
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 200_000 })), Ok(Reply::Done));
+    board.run(1000, at_rest);
+    assert_eq!(board.snapshot.mode(), Mode::Run);
 }

@@ -1,6 +1,6 @@
 //! The guest: setup, then tick for tick.
 
-use control::Reason;
+use control::{AdcCode, Reason};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use defmt_semihosting as _;
@@ -93,9 +93,18 @@ async fn main(spawner: Spawner) {
     if let (Some(setup), true) = (&setup, every > 0) {
         Scales::of_parameters(&setup.parameters, every).send();
     }
+    let bench = setup.as_ref().filter(|setup: &&SetupMessage| setup.bench).map(SetupMessage::bench_plant);
     let Some((setup, state)) = setup.and_then(SetupMessage::into_setup) else {
         write_all(&mut output, &[REFUSED]);
         semihosting::process::exit(2)
+    };
+    let mut bench = match bench {
+        None => None,
+        Some(Some(plant)) => Some(plant),
+        Some(None) => {
+            write_all(&mut output, &[REFUSED]);
+            semihosting::process::exit(2)
+        }
     };
     write_all(&mut output, &[ACCEPTED]);
 
@@ -109,6 +118,7 @@ async fn main(spawner: Spawner) {
     let mut counts = Counts::default();
     let (mut tick, mut sequence, mut last_mode) = (0_u32, 0_u32, u16::MAX);
     let mut last_dac = control_loop.safe_code();
+    let mut latched = last_dac;
     loop {
         let mut message = [0; TICK_BYTES];
         read_all(&mut input, &mut message);
@@ -116,13 +126,26 @@ async fn main(spawner: Spawner) {
             control_loop.reboot(Reason::WatchdogReset);
             continue;
         }
-        let Some(inputs) = decode_tick(&message) else { break };
+        let Some(mut inputs) = decode_tick(&message) else { break };
+        let start = SYST::get_current();
+        if let Some(plant) = &mut bench {
+            let [position, a, b, supply] = plant.advance(latched).map(AdcCode);
+            (inputs.position, inputs.pressure_a, inputs.pressure_b) = (position, a, b);
+            inputs.supply = Some(supply);
+        }
+        let simulated = since(start);
         let start = SYST::get_current();
         let outputs = control_loop.step(inputs);
         let law = since(start);
         control_loop.watch();
         let all = since(start);
-        counts.add(instructions(law.saturating_sub(overhead)), instructions(all.saturating_sub(2 * overhead)));
+        counts.add(
+            instructions(law.saturating_sub(overhead)),
+            instructions(all.saturating_sub(2 * overhead)),
+            instructions(simulated.saturating_sub(overhead)),
+        );
+        // The valve takes a code one tick late, as on the board.
+        latched = last_dac;
         write_all(&mut output, &encode_answer(outputs.dac.0, outputs.mode));
 
         tick = tick.wrapping_add(1);
@@ -143,6 +166,7 @@ async fn main(spawner: Spawner) {
                 held: if delayed { last_dac } else { outputs.dac.0 },
                 reference_bits: outputs.telemetry.reference.to_bits(),
                 mode,
+                disagreement: false,
                 event,
                 stamps: [0; 3],
             };

@@ -6,10 +6,10 @@
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use control::ExternalFaults;
 use cortex_m::peripheral::DWT;
+use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
-use firmware_core::{ControlLoop, Order, Record, Snapshot};
+use firmware_core::{ControlLoop, Order, Record, Snapshot, Timing};
 
 use crate::board::{Sampler, Valve};
 use crate::ring::{Reader, Ring, Writer};
@@ -32,12 +32,11 @@ pub(crate) static CONTROLLED: AtomicU32 = AtomicU32::new(0);
 struct Owned {
     sampler: Sampler,
     valve: Valve,
+    air: Output<'static>,
     control_loop: ControlLoop,
     orders: Reader<Order, ORDERS>,
     records: Writer<Record, RECORDS>,
-    cycles_per_tick: u32,
-    last_entry: Option<u32>,
-    overran: bool,
+    timing: Timing,
 }
 
 struct OwnedCell(UnsafeCell<Option<Owned>>);
@@ -54,7 +53,13 @@ pub(crate) struct Background {
 }
 
 /// Starts the tick. Called once.
-pub(crate) fn start(mut sampler: Sampler, mut valve: Valve, control_loop: ControlLoop, tick_hz: u32) -> Background {
+pub(crate) fn start(
+    mut sampler: Sampler,
+    mut valve: Valve,
+    air: Output<'static>,
+    control_loop: ControlLoop,
+    tick_hz: u32,
+) -> Background {
     static ORDER_QUEUE: static_cell::ConstStaticCell<Ring<Order, ORDERS>> =
         static_cell::ConstStaticCell::new(Ring::new());
     static RECORD_QUEUE: static_cell::ConstStaticCell<Ring<Record, RECORDS>> =
@@ -64,18 +69,10 @@ pub(crate) fn start(mut sampler: Sampler, mut valve: Valve, control_loop: Contro
     sampler.set_rate(tick_hz);
     valve.set(control_loop.safe_code());
     valve.latch_with_tick();
-    let cycles_per_tick = sampler.cycles_per_tick();
+    let timing = Timing::new(sampler.cycles_per_tick());
     // SAFETY: the interrupt is not enabled yet, see `OwnedCell`.
-    let owned = unsafe { &mut *OWNED.0.get() }.insert(Owned {
-        sampler,
-        valve,
-        control_loop,
-        orders,
-        records,
-        cycles_per_tick,
-        last_entry: None,
-        overran: false,
-    });
+    let owned =
+        unsafe { &mut *OWNED.0.get() }.insert(Owned { sampler, valve, air, control_loop, orders, records, timing });
     owned.sampler.start();
     Background { orders: order_in, records: record_out }
 }
@@ -89,14 +86,7 @@ fn ADC1_2() {
     count(&SAMPLED);
     let sampled = DWT::cycle_count();
 
-    let elapsed = owned.last_entry.map_or(0, |last| entry.wrapping_sub(last));
-    owned.last_entry = Some(entry);
-    let faults = ExternalFaults {
-        missed_tick: elapsed > owned.cycles_per_tick + owned.cycles_per_tick / 2,
-        late_tick: owned.overran,
-        overrun: sequence.mixed,
-        model_disagreement: false,
-    };
+    let faults = owned.timing.begin(entry, sequence.mixed);
     if faults.missed_tick {
         SNAPSHOT.count_late();
     }
@@ -110,14 +100,18 @@ fn ADC1_2() {
     let controlled = DWT::cycle_count();
     owned.valve.set(tick.valve);
     let written = DWT::cycle_count();
-    owned.overran = owned.sampler.overran();
-    if owned.overran {
+    owned.air.set_level(owned.control_loop.air_allowed().into());
+    let overran = owned.sampler.overran();
+    owned.timing.end(overran);
+    if overran {
         SNAPSHOT.count_overrun();
     }
     count(&CONTROLLED);
 
     // Past the valve: what follows may take its time, until the next tick.
-    owned.control_loop.watch();
+    if owned.control_loop.watch() {
+        SNAPSHOT.count_disagreement();
+    }
     SNAPSHOT.publish(&tick.record, owned.control_loop.bench());
     SNAPSHOT.note_cycles(written.wrapping_sub(entry));
     if tick.record_due {

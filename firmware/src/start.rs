@@ -7,7 +7,7 @@ use embassy_executor::Spawner;
 use firmware_core::{ControlLoop, Desk, Loaded, Scales, Settings};
 use static_cell::ConstStaticCell;
 
-use crate::board::{self, Board, ResetCause, SerialBuffers};
+use crate::board::{self, ResetCause, SerialBuffers};
 use crate::commands::{CommandTask, command_task};
 use crate::faults::{self, FaultKind, PreviousFault};
 use crate::sampling;
@@ -24,7 +24,7 @@ async fn main(spawner: Spawner) {
 
     static BUFFERS: ConstStaticCell<SerialBuffers> =
         ConstStaticCell::new(SerialBuffers { transmit: [0; 256], receive: [0; 256] });
-    let board = Board::start(BUFFERS.take());
+    let board = board::start(BUFFERS.take());
     enable_cycle_counter();
     defmt::info!("boot {=str} {=str} cause={}", board::NAME, env!("CARGO_PKG_VERSION"), cause);
     if let Some(fault) = &previous {
@@ -54,7 +54,7 @@ async fn main(spawner: Spawner) {
     let reset = reset_reason(cause, previous.as_ref());
     let control_loop = ControlLoop::new(setup, reset);
     let desk = Desk::new(settings.clone(), board::NAME, env!("CARGO_PKG_VERSION"), fault_text(previous.as_ref()));
-    let background = sampling::start(board.sampler, board.valve, control_loop, settings.tick_hz());
+    let background = sampling::start(board.sampler, board.valve, board.air, control_loop, settings.tick_hz());
     spawner.spawn(defmt::unwrap!(telemetry_task(background.records, Scales::of(&settings))));
     spawner.spawn(defmt::unwrap!(command_task(CommandTask { desk, orders: background.orders, store }, board.serial)));
     spawner.spawn(defmt::unwrap!(supervisor_task(board.watchdog, board.light)));

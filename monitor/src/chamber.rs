@@ -1,5 +1,7 @@
 //! One chamber's pressure balance, predicted and compared.
 
+use crate::Check;
+use crate::motion::Contribution;
 use crate::parameters::MonitorParameters;
 use plant_model::{Plant, Real};
 
@@ -28,6 +30,8 @@ pub(crate) struct Balance {
     /// Mean pressure over the tick, Pa.
     pub(crate) pressure_pa: f32,
     pub(crate) inverse_volume_per_m3: f32,
+    /// 1 if the chamber grows towards B, −1 if it shrinks.
+    pub(crate) towards_b: f32,
     /// Motion during the tick in the direction in which the chamber grows, m.
     pub(crate) step_m: f32,
     pub(crate) smoothed_step_m: f32,
@@ -60,14 +64,14 @@ impl Tick<'_> {
 }
 
 impl Watch {
-    /// One tick; returns residual and threshold in Pa.
+    /// One tick; returns residual and threshold in Pa, and what both together say of the motion.
     pub(crate) fn advance(
         &mut self,
         tick: &Tick<'_>,
         valve: &Valve,
         balance: &Balance,
         measured_step_pa: f32,
-    ) -> (f32, f32) {
+    ) -> (Check, Contribution) {
         let m = tick.plant.coefficients();
         let orifices = tick.plant.orifices();
         let p = balance.pressure_pa;
@@ -79,7 +83,8 @@ impl Watch {
         let per_metre = m.exponent * m.area_m2 * p * balance.inverse_volume_per_m3;
         let by_flow = per_kg_per_s * (inflow + balance.leak_kg_per_s);
         let by_motion = -per_metre * balance.step_m;
-        self.residual_pa = (self.residual_pa + measured_step_pa - by_flow - by_motion) * tick.keep;
+        let unexplained_pa = measured_step_pa - by_flow - by_motion;
+        self.residual_pa = (self.residual_pa + unexplained_pa) * tick.keep;
 
         let doubt = if valve.opening_error > 0.0 {
             // About the break-point nobody knows which way the valve is open: the larger of both flows.
@@ -89,9 +94,18 @@ impl Watch {
         };
         // In steady motion both are equal and opposite; the larger one sets the scale.
         let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
-        self.allowance_pa =
-            (self.allowance_pa + tick.parameters.relative * activity + per_kg_per_s * doubt) * tick.keep;
+        // A chamber that is almost empty has a volume that the position's error is a large part of.
+        let volume_doubt = tick.parameters.position_m * m.area_m2 * balance.inverse_volume_per_m3;
+        let allowed_pa = (tick.parameters.relative + volume_doubt) * activity + per_kg_per_s * doubt;
+        self.allowance_pa = (self.allowance_pa + allowed_pa) * tick.keep;
         let noise = tick.parameters.pressure_pa + tick.parameters.position_m * per_metre;
-        (self.residual_pa, noise + self.allowance_pa)
+        let metres_per_pa = 1.0 / per_metre;
+        let contribution = Contribution {
+            // A chamber that has grown more than its sensor says has lost pressure.
+            missing_m: -balance.towards_b * unexplained_pa * metres_per_pa,
+            allowed_m: allowed_pa * metres_per_pa,
+            metres_per_pa,
+        };
+        (Check { residual: self.residual_pa, threshold: noise + self.allowance_pa }, contribution)
     }
 }

@@ -3,7 +3,7 @@
 use crate::parameters::MonitorError;
 
 /// The longest delay that can be held, in ticks.
-const CAPACITY: usize = 64;
+const CAPACITY: usize = 32;
 
 /// Past commands, newest last written.
 #[derive(Clone, Debug)]
@@ -20,11 +20,16 @@ impl CommandDelay {
             return Err(MonitorError {
                 key: "effects.line-delay.delay_s",
                 value: f64::from(ticks),
-                must: "be at most 62 ticks for the monitor (value in ticks); leave the monitor off or lower the tick rate",
+                must: "be at most 30 ticks for the monitor (value in ticks); leave the monitor off or lower the tick rate",
             });
         }
         let whole = ticks as usize;
         Ok(Self { past: [0.0; CAPACITY], newest: 0, whole, part: ticks - whole as f32 })
+    }
+
+    /// As if the valve had been held at `u_v` for long.
+    pub(crate) fn fill(&mut self, u_v: f32) {
+        self.past = [u_v; CAPACITY];
     }
 
     /// Takes the command of this interval, returns the mean of what the valve saw during it.

@@ -12,30 +12,38 @@
 //! The monitor integrates this for both chambers from *measured* position, pressures and supply and from the command, and
 //! compares with the measured pressure. The prediction is drawn towards the measurement with a time constant of 50 ms
 //! ([`MonitorParameters::horizon_s`]), so that it looks back over about that time: the difference is what the last 50 ms
-//! cannot explain.
+//! cannot explain. Three questions are asked:
+//!
+//! | question | file | finds |
+//! | --- | --- | --- |
+//! | does each chamber's pressure follow? | `chamber.rs` | wrong pressures, lost supply, a jammed valve |
+//! | do both together speak of motion that the sensor does not show? | `motion.rs` | slow motion behind a frozen sensor, wrong scale |
+//! | has the reading bent as no piston can, and is motion missing since? | `kink.rs` | a sensor that freezes, lags or changes scale under way |
 //!
 //! **What is allowed.** A model is never exact. The threshold is a sum of: the pressure noise; the position noise,
 //! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of the predicted flow or compression,
 //! whichever is larger, over the same horizon; and an uncertainty of the valve's opening (hysteresis, null). So the harder the rig works, the more
 //! absolute error is accepted, and coefficients that are wrong by a fifth do not trip. Three ticks beyond it in a row do.
 //!
-//! **What it finds**, and what it cannot: a frozen position shows after the piston has moved 5–10 mm (less in small
-//! chambers); a jump of a pressure sensor of more than the noise at once; a wrong scale only beyond `relative`; a slow
-//! drift of a pressure sensor not at all, as it is indistinguishable from a leak. `docs/reliability.md` has the figures.
+//! **What it cannot find.** Motion of less than one or two millimetres, whoever hides it; a wrong scale within `relative` that
+//! set in unseen; a slow drift of a pressure sensor, which is indistinguishable from a leak. `docs/reliability.md` has the figures.
 //!
-//! Cost: one arc tangent, ten divisions, about sixty multiplications in f32 per tick; it belongs behind the DAC write,
-//! and its verdict takes effect in the next tick.
+//! It belongs behind the DAC write, and its verdict takes effect in the next tick. `docs/firmware.md` has its cost.
 #![no_std]
 #![forbid(unsafe_code)]
 
 mod chamber;
 mod command_delay;
+mod kink;
+mod motion;
 mod parameters;
 
 pub use parameters::{MonitorError, MonitorParameters};
 
 use chamber::{Balance, Tick, Watch};
 use command_delay::CommandDelay;
+use kink::{Bent, KinkWatch};
+use motion::MissingMotion;
 use plant_model::{Effects, Plant, Real, Rig};
 
 /// What the sensors say this tick: the controller's last good readings.
@@ -56,14 +64,34 @@ pub struct Readings {
 pub struct Verdict {
     /// The readings cannot all be true. Feed it to the controller's `faults.model_disagreement`.
     pub disagreement: bool,
-    /// Measured minus predicted pressure of A, Pa.
-    pub residual_a_pa: f32,
-    /// Measured minus predicted pressure of B, Pa.
-    pub residual_b_pa: f32,
-    /// What |residual A| may be, Pa.
-    pub threshold_a_pa: f32,
-    /// What |residual B| may be, Pa.
-    pub threshold_b_pa: f32,
+    /// Measured minus predicted pressure of A and of B, Pa; motion that the position sensor does not show, over a short
+    /// and over a long time and since a bend, m.
+    pub checks: [Check; 5],
+}
+
+/// A difference and how large it may be, in the same unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Check {
+    /// The difference.
+    pub residual: f32,
+    /// What its magnitude may be.
+    pub threshold: f32,
+}
+
+impl Check {
+    /// Written so that a NaN counts as beyond.
+    fn holds(&self) -> bool {
+        self.residual.abs() <= self.threshold
+    }
+}
+
+impl Verdict {
+    /// The largest difference as a share of what it may be: how close it is to a disagreement.
+    #[must_use]
+    pub fn closeness(&self) -> f32 {
+        let share = |check: &Check| if check.threshold > 0.0 { check.residual.abs() / check.threshold } else { 0.0 };
+        self.checks.iter().map(share).fold(0.0, f32::max)
+    }
 }
 
 /// The monitor of one rig.
@@ -82,6 +110,8 @@ pub struct Monitor {
     last: Option<Readings>,
     a: Watch,
     b: Watch,
+    missing: MissingMotion,
+    kink: KinkWatch,
     strikes: u8,
 }
 
@@ -121,6 +151,7 @@ impl Monitor {
         parameters.validate(tick_s)?;
         let m = plant.coefficients();
         let spool_keep = if m.spool_time_constant_s > 0.0 { (-tick_s / m.spool_time_constant_s).exp() } else { 0.0 };
+        let kink = KinkWatch::new(&plant, tick_s);
         let delay = CommandDelay::new(f32::from(command_delay_ticks) + m.line_delay_s / tick_s)?;
         Ok(Self {
             plant,
@@ -134,14 +165,20 @@ impl Monitor {
             last: None,
             a: Watch::default(),
             b: Watch::default(),
+            missing: MissingMotion::new(parameters, tick_s),
+            kink,
             strikes: 0,
         })
     }
 
-    /// Forgets the past: the next reading is the new beginning. For use after arming.
-    pub fn restart(&mut self) {
-        self.last = None;
+    /// Forgets the past: the next reading is the new beginning, with the valve held at `held_u_v`. For every tick in which
+    /// the controller does not run, so that nothing from before counts against a run.
+    pub fn restart(&mut self, held_u_v: f32) {
+        self.delay.fill(held_u_v);
+        (self.spool_v, self.smoothed_step_m, self.last) = (held_u_v, 0.0, None);
         (self.a, self.b, self.strikes) = (Watch::default(), Watch::default(), 0);
+        self.missing.restart();
+        self.kink.restart();
     }
 
     /// Takes the readings of this tick and the voltage written to the valve in the tick before.
@@ -176,6 +213,7 @@ impl Monitor {
         let balance_a = Balance {
             pressure_pa: mean_a,
             inverse_volume_per_m3: 1.0 / volume_a,
+            towards_b: 1.0,
             step_m,
             smoothed_step_m: self.smoothed_step_m,
             filling: valve.fills_a,
@@ -184,19 +222,25 @@ impl Monitor {
         let balance_b = Balance {
             pressure_pa: mean_b,
             inverse_volume_per_m3: 1.0 / volume_b,
+            towards_b: -1.0,
             step_m: -step_m,
             smoothed_step_m: -self.smoothed_step_m,
             filling: !valve.fills_a,
             leak_kg_per_s: crossing - m.leak_b * (mean_b - m.atmosphere_pa),
         };
-        let (residual_a_pa, threshold_a_pa) =
-            self.a.advance(&tick, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
-        let (residual_b_pa, threshold_b_pa) =
-            self.b.advance(&tick, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
+        let (check_a, moved_a) = self.a.advance(&tick, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
+        let (check_b, moved_b) = self.b.advance(&tick, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
+        let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
+        let bent = Bent {
+            position_m: readings.position_m,
+            force_n: m.area_m2 * (mean_a - mean_b),
+            missing: self.missing.since_a_bend(),
+            metres_per_pa: 0.5 * (moved_a.metres_per_pa + moved_b.metres_per_pa),
+        };
+        let kink = self.kink.advance(&self.plant, &self.parameters, &bent);
+        let checks = [check_a, check_b, short, long, kink];
 
-        // Written so that a NaN counts as beyond.
-        let inside = residual_a_pa.abs() <= threshold_a_pa && residual_b_pa.abs() <= threshold_b_pa;
-        self.strikes = if inside { 0 } else { self.strikes.saturating_add(1) };
-        Verdict { disagreement: self.strikes >= STRIKES, residual_a_pa, residual_b_pa, threshold_a_pa, threshold_b_pa }
+        self.strikes = if checks.iter().all(Check::holds) { 0 } else { self.strikes.saturating_add(1) };
+        Verdict { disagreement: self.strikes >= STRIKES, checks }
     }
 }

@@ -80,7 +80,7 @@ pub struct QemuTarget {
 
 impl QemuTarget {
     /// Starts a guest for a scenario. `folder` must not exist; it is removed again. Telemetry, one record every `every` ticks,
-    /// goes to the file `telemetry`, if given.
+    /// goes to the file `telemetry`, if given. With `bench` the guest simulates the rig itself and ignores the ticks' codes.
     ///
     /// # Errors
     /// QEMU does not start, or the guest refuses the scenario's numbers.
@@ -89,6 +89,7 @@ impl QemuTarget {
         scenario: &Scenario,
         folder: &Path,
         telemetry: Option<(&Path, u32)>,
+        bench: bool,
     ) -> Result<Self, TargetError> {
         let fail = |what: &str, error: &dyn std::fmt::Display| TargetError(format!("{what}: {error}"));
         std::fs::create_dir_all(folder).map_err(|error| fail("cannot create the pipes' folder", &error))?;
@@ -140,6 +141,7 @@ impl QemuTarget {
             output_delay_ticks: scenario.output_delay_ticks,
             armed: scenario.start == Start::Armed,
             every: telemetry.map_or(0, |(_, every)| every),
+            bench,
         };
         let setup = encode_setup(&setup).ok_or_else(|| TargetError("the setup is too long".into()))?;
         target.send(&setup)?;

@@ -210,8 +210,9 @@ pub fn run_observed(
             jammed_u = None;
         }
         let new_u = jammed_u.unwrap_or(u);
-        if let Some(fault) = active(Kind::SupplyLoss) {
-            let fallen = (supply_pa - rig.rig.supply.atmosphere_pa) * (-tick_s / fault.time_constant_s).exp();
+        let dumped = scenario.dump_valve_s.filter(|_| !matches!(mode, Mode::Idle | Mode::Run));
+        if let Some(time_constant_s) = active(Kind::SupplyLoss).map(|fault| fault.time_constant_s).or(dumped) {
+            let fallen = (supply_pa - rig.rig.supply.atmosphere_pa) * (-tick_s / time_constant_s).exp();
             supply_pa = rig.rig.supply.atmosphere_pa + fallen;
         } else {
             supply_pa = rig.rig.supply.pressure_pa;

@@ -39,6 +39,10 @@ pub struct Scenario {
     /// share, exhausts slower by it, and has chambers larger by half of it.
     #[serde(default)]
     pub rig_error: f64,
+    /// A dump valve at the board's air output: how fast the supply then falls in every state but idle and run, s. Absent: none.
+    pub dump_valve_s: Option<f64>,
+    /// Ticks per second instead of the rig file's.
+    pub tick_hz: Option<u32>,
     /// Sensor noise, standard deviations.
     #[serde(default)]
     pub noise: Noise,
@@ -206,6 +210,12 @@ impl Scenario {
         if !(scenario.duration_s > 0.0 && scenario.duration_s <= 36_000.0) {
             return bad(format!("`duration_s` = {} ", scenario.duration_s), "give a time from 0 to 36000 (seconds)");
         }
+        if scenario.dump_valve_s.is_some_and(|time_constant| time_constant.is_nan() || time_constant <= 0.0) {
+            return bad("`dump_valve_s` must be positive".into(), "give a time constant in seconds");
+        }
+        if scenario.tick_hz.is_some_and(|hz| !(50..=20_000).contains(&hz)) {
+            return bad("`tick_hz` is out of range".into(), "give 50 to 20000 (ticks per second)");
+        }
         if scenario.reference.windows(2).any(|pair| pair[0].at_s > pair[1].at_s) {
             return bad("the references are not in the order of time".into(), "sort them by `at_s`");
         }
@@ -236,6 +246,7 @@ impl Scenario {
     /// An unknown effect or parameter, or a rig file that cannot be read.
     pub fn rig_file(&self) -> Result<RigFile, InputError> {
         let mut rig = rig::find(&self.rig, &self.folder)?;
+        rig.io.tick_hz = self.tick_hz.unwrap_or(rig.io.tick_hz);
         if let Some(half) = self.dead_zone_v {
             (rig.rig.valve.dead_zone_right_v, rig.rig.valve.dead_zone_left_v) = (half, -half);
         }

@@ -111,16 +111,16 @@ impl Target for HostTarget {
                 pressure_b_pa: telemetry.pressure_b.to_num(),
                 supply_pa: telemetry.supply.map(|p| p.to_num()),
             };
-            let verdict = monitor.step(&readings, self.previous_u_v);
-            self.disagreement = verdict.disagreement;
-            for (residual, threshold) in
-                [(verdict.residual_a_pa, verdict.threshold_a_pa), (verdict.residual_b_pa, verdict.threshold_b_pa)]
-            {
-                if threshold > 0.0 {
-                    self.closest = self.closest.max(residual.abs() / threshold);
-                }
+            let u_v: f32 = telemetry.u.to_num();
+            if outputs.mode == Mode::Run {
+                let verdict = monitor.step(&readings, self.previous_u_v);
+                self.disagreement = verdict.disagreement;
+                self.closest = self.closest.max(verdict.closeness());
+            } else {
+                monitor.restart(u_v);
+                self.disagreement = false;
             }
-            self.previous_u_v = telemetry.u.to_num();
+            self.previous_u_v = u_v;
         }
         Ok(TickOutput { dac: outputs.dac, mode: outputs.mode })
     }
@@ -128,9 +128,6 @@ impl Target for HostTarget {
     fn watchdog_reset(&mut self) -> Result<(), TargetError> {
         self.state = State::boot(Some(Reason::WatchdogReset));
         self.disagreement = false;
-        if let Some(monitor) = &mut self.monitor {
-            monitor.restart();
-        }
         Ok(())
     }
 }

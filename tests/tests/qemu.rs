@@ -2,11 +2,13 @@
 //!
 //! Skipped with a message where QEMU or the target is missing.
 
+use control::{AdcCode, Config, Inputs, Position, State};
+use firmware_core::BenchPlant;
 use firmware_core::lockstep::Counts;
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::Log;
 use scenarios::qemu::{QemuTarget, guest};
-use scenarios::{HostTarget, Sample, Scenario, Start, run_observed};
+use scenarios::{HostTarget, Sample, Scenario, Start, Target, run_observed};
 use std::path::{Path, PathBuf};
 
 fn scenario_files() -> Vec<PathBuf> {
@@ -46,6 +48,21 @@ fn word(sample: &Sample) -> (u16, String) {
     (sample.dac, sample.mode.to_string())
 }
 
+/// Compares figures with the last recorded ones.
+fn recorded(file: &str, found: &[u64]) {
+    let report = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench").join(file);
+    let text = std::fs::read_to_string(&report).unwrap_or_else(|error| panic!("{}: {error}", report.display()));
+    for ((name, recorded), found) in text.lines().skip(1).filter_map(|line| line.split_once(',')).zip(found) {
+        let recorded: u64 = recorded.trim().parse().unwrap_or_else(|_| panic!("{}: {name}", report.display()));
+        // An unexplained improvement is a change, too: bounded on both sides.
+        assert!(
+            found * 100 <= recorded * 110 && found * 110 >= recorded * 100,
+            "{name}: {found} instructions, recorded {recorded}; if the change is meant, write it to {}",
+            report.display()
+        );
+    }
+}
+
 #[test]
 fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recorded() {
     let elf = match guest() {
@@ -63,7 +80,7 @@ fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recor
         let host = on_the_host(&scenario);
         let name = file.file_stem().expect("name").to_string_lossy().into_owned();
         let mut target =
-            QemuTarget::start(elf, &scenario, &pipes(&name), None).unwrap_or_else(|e| panic!("{name}: {e}"));
+            QemuTarget::start(elf, &scenario, &pipes(&name), None, false).unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut tick = 0;
         run_observed(&scenario, &mut target, |sample| {
             assert_eq!(word(sample), word(&host[tick]), "{name}: tick {tick}");
@@ -92,17 +109,7 @@ fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recor
     println!("{ticks} ticks; law mean {} max {}, with monitor mean {} max {}", found[0], found[1], found[2], found[3]);
     assert!(found[1] <= 1500, "the control law's goal is 1500 instructions");
     assert!(found[3] <= 5000, "the goal of everything is 5000 instructions");
-    let report = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench/instructions_per_tick.csv");
-    let text = std::fs::read_to_string(&report).unwrap_or_else(|error| panic!("{}: {error}", report.display()));
-    for ((name, recorded), found) in text.lines().skip(1).filter_map(|line| line.split_once(',')).zip(found) {
-        let recorded: u64 = recorded.trim().parse().unwrap_or_else(|_| panic!("{}: {name}", report.display()));
-        // An unexplained improvement is a change, too: bounded on both sides.
-        assert!(
-            found * 100 <= recorded * 110 && found * 110 >= recorded * 100,
-            "{name}: {found} instructions, recorded {recorded}; if the change is meant, write it to {}",
-            report.display()
-        );
-    }
+    recorded("instructions_per_tick.csv", &found);
 }
 
 #[test]
@@ -117,8 +124,8 @@ fn a_recorded_stream_of_the_running_firmware_becomes_a_log_with_every_sample_and
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/paper_b_does_not_overshoot.toml");
     let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
     let stream = std::env::temp_dir().join(format!("positioner-telemetry-{}.bin", std::process::id()));
-    let mut target =
-        QemuTarget::start(elf, &scenario, &pipes("telemetry"), Some((&stream, 1))).unwrap_or_else(|e| panic!("{e}"));
+    let mut target = QemuTarget::start(elf, &scenario, &pipes("telemetry"), Some((&stream, 1)), false)
+        .unwrap_or_else(|e| panic!("{e}"));
     let mut samples = Vec::new();
     run_observed(&scenario, &mut target, |sample| samples.push(*sample)).expect("run");
     target.finish().expect("end");
@@ -157,4 +164,49 @@ fn a_recorded_stream_of_the_running_firmware_becomes_a_log_with_every_sample_and
     assert!(torn.tally.records + torn.tally.lost >= samples.len() as u64 - 1);
     let log = Log::parse(torn.log().to_csv().into_bytes(), "torn.csv").expect("a log");
     assert!(!log.gaps().is_empty());
+}
+
+#[test]
+fn bench_mode_simulates_the_same_rig_under_qemu_as_on_the_host_and_costs_what_is_recorded() {
+    let elf = match guest() {
+        Ok(elf) => elf,
+        Err(why) => {
+            println!("skipped: {why}");
+            return;
+        }
+    };
+    let mut found = [0, 0];
+    for rig in ["paper-a", "paper-b", "paper-c"] {
+        let text = format!(
+            "name = \"bench\"\nrig = \"{rig}\"\ndead_zone_v = 0.42\nduration_s = 4.0\n\
+             monitor = {{ enabled = false }}\nexpect = {{}}\n"
+        );
+        let scenario = Scenario::parse(&text, "bench.toml", Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
+        let mut target = QemuTarget::start(elf, &scenario, &pipes(&format!("bench-{rig}")), None, true)
+            .unwrap_or_else(|error| panic!("{rig}: {error}"));
+        let parameters = scenario.parameters("bench").expect("parameters");
+        let file = scenario.rig_file().expect("rig");
+        let mut plant = BenchPlant::of_rig(&scenarios::rig::convert(&file.rig), &parameters).expect("a physical rig");
+        let config = Config::from_parameters(&parameters).expect("parameters");
+        let mut state = State::armed();
+        let (mut latched, mut last) = (config.safe_code().0, config.safe_code().0);
+        let (mut nearest, mut farthest) = (u16::MAX, 0);
+        for tick in 0..4000 {
+            let reference = Position::saturating_from_num(if tick % 2000 < 1000 { 0.05 } else { -0.05 });
+            let [position, a, b, supply] = plant.advance(latched).map(AdcCode);
+            let inputs =
+                Inputs { reference, position, pressure_a: a, pressure_b: b, supply: Some(supply), ..Inputs::default() };
+            let expected = control::step(&config, &mut state, inputs);
+            latched = std::mem::replace(&mut last, expected.dac.0);
+            let answer =
+                target.tick(&Inputs { reference, ..Inputs::default() }).unwrap_or_else(|e| panic!("{rig}: {e}"));
+            assert_eq!((answer.dac, answer.mode), (expected.dac, expected.mode), "{rig}: tick {tick}");
+            (nearest, farthest) = (nearest.min(position.0), farthest.max(position.0));
+        }
+        assert!(farthest - nearest > 2000, "{rig}: the simulated piston has hardly moved");
+        let counts = target.finish().unwrap_or_else(|error| panic!("{rig}: {error}"));
+        println!("{rig}: simulated plant {} mean, {} most", counts.bench[1] / counts.ticks, counts.bench[2]);
+        found = [found[0].max(counts.bench[1] / counts.ticks), found[1].max(counts.bench[2])];
+    }
+    recorded("bench_instructions_per_tick.csv", &found.map(u64::from));
 }

@@ -16,7 +16,7 @@ fn a_position_that_vanishes_or_turns_to_garbage_is_always_caught_in_20_ms_and_mo
     }) {
         let tally = study(&row, 7, 1).unwrap();
         assert!(tally.threatening >= 3, "{}: the study itself has gone blunt: {tally:?}", row.label);
-        assert_eq!((tally.in_time, tally.missed()), (tally.threatening, 0), "{}: {tally:?}", row.label);
+        assert_eq!((tally.in_time, tally.missed), (tally.threatening, 0), "{}: {tally:?}", row.label);
         assert!(tally.worst_excursion_m < 0.005, "{}: {tally:?}", row.label);
     }
 }
@@ -26,7 +26,7 @@ fn a_noisy_position_that_freezes_is_always_caught_in_20_ms() {
     let row = &select(|kind, channel| channel == Some(Channel::Position) && kind == Kind::Stuck)[0];
     let tally = study(row, 7, 1).unwrap();
     assert_eq!(tally.in_time, tally.threatening, "{tally:?}");
-    assert_eq!(tally.reasons.get("position-stuck"), Some(&tally.runs), "{tally:?}");
+    assert_eq!(tally.reasons.values().sum::<usize>(), tally.runs, "{tally:?}");
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn timing_faults_supply_loss_and_a_dead_clock_reach_the_safe_state_in_every_run(
     {
         let tally = study(&row, 7, 1).unwrap();
         assert_eq!(tally.reasons.values().sum::<usize>(), tally.runs, "{}: {tally:?}", row.label);
-        assert_eq!(tally.missed(), 0, "{}: {tally:?}", row.label);
+        assert_eq!(tally.missed, 0, "{}: {tally:?}", row.label);
     }
 }
 

@@ -40,6 +40,8 @@ scenarios! {
     a_silent_host_is_noticed_when_a_time_out_is_set,
     a_fault_is_cleared_by_hand_and_the_move_is_finished,
     the_identification_sequence_runs_without_a_trip,
+    ten_thousand_ticks_per_second_move_and_catch_a_lost_sensor,
+    a_jammed_valve_is_found_and_the_dump_valve_takes_the_air,
 }
 
 #[test]

@@ -1,15 +1,28 @@
-//! What the firmware needs from a board, and the one board there is.
+//! What the firmware needs from a board.
 //!
-//! A board is one module with the same public items as [`nucleo_g474re`]: a second board is a second file, a cargo
-//! feature that selects it here, and that chip's feature of `embassy-stm32` (two chips cannot be built in one call).
+//! A board is one file: its name and `start`, which knows pins, light and serial port. What the chip gives stands in
+//! `stm32g474.rs`. The cargo feature `b-g474e-dpow1` selects that kit instead of the Nucleo; a board with another chip
+//! is one more chip file with the same items and that chip's feature of `embassy-stm32` (two chips cannot be built in
+//! one call).
 //!
 //! | item | contract |
 //! | --- | --- |
 //! | `valve_to_mid_at_once()` | valve output to mid from any context, peripherals in any state, no stack to speak of |
-//! | `Board::start(p)` | clocks up, pins set, interrupt priorities set; the valve stays at mid |
+//! | `start(buffers)` | clocks up, pins set, interrupt priorities set; the valve stays at mid |
 //! | `Sampler` | one timer paces converter and valve output; `read` in the end-of-sequence interrupt |
-//! | `Valve` | `set(code)` takes effect at the next tick, exactly; `hold_mid` at once |
+//! | `Valve` | `set(code)` takes effect at the next tick, exactly |
 //! | `reset_cause()` | why the chip started |
 
+#[cfg(feature = "b-g474e-dpow1")]
+mod b_g474e_dpow1;
+#[cfg(not(feature = "b-g474e-dpow1"))]
 mod nucleo_g474re;
-pub(crate) use nucleo_g474re::*;
+mod stm32g474;
+
+#[cfg(feature = "b-g474e-dpow1")]
+pub(crate) use b_g474e_dpow1::{NAME, start};
+#[cfg(not(feature = "b-g474e-dpow1"))]
+pub(crate) use nucleo_g474re::{NAME, start};
+pub(crate) use stm32g474::{
+    PARAMETER_FLASH, ResetCause, Sampler, SerialBuffers, Valve, reset, reset_cause, valve_to_mid_at_once,
+};

@@ -1,6 +1,5 @@
 //! NUCLEO-G474RE (MB1367): STM32G474RET6, ST-LINK/V3E on board.
 //!
-//! # Pins
 //! | signal | pin | Arduino | peripheral |
 //! | --- | --- | --- | --- |
 //! | piston position | PA0 | A0 | ADC1_IN1 |
@@ -8,320 +7,37 @@
 //! | pressure of chamber B | PC1 | A4 | ADC1_IN7 |
 //! | supply pressure | PC0 | A5 | ADC1_IN6 |
 //! | valve command | PA4 | A2 | DAC1_OUT1 |
+//! | air allowed | PB0 | A3 | output, low after reset |
 //! | alive light | PA5 | D13 | LD2 |
 //! | commands | PA2, PA3 | D1, D0 | LPUART1, the ST-LINK's virtual COM port |
 //!
 //! PA2 and PA3 belong to the virtual COM port, which is why p_b and p_sup sit on A4 and A5.
-//!
-//! # Timing contract
-//! TIM6 paces everything. Its update event (TRGO) does two things in hardware, in the same clock cycle: it latches
-//! the valve code written during the *previous* tick into the DAC, and it starts the conversion of the four channels.
-//! The end-of-sequence interrupt computes the next code. So the valve answers a sample exactly one tick later,
-//! whatever the interrupt's own jitter is, as long as it finishes before the next update; if it does not, the update
-//! flag is found set ([`Sampler::overran`]) and the supervisor hears of it.
-//!
-//! Conversion time: 4 channels × 16-fold oversampling × (12.5 + 12.5) cycles at 42.5 MHz = 37.6 µs, of a tick of
-//! 1000 µs (100 µs at 10 kHz). Position is sampled first, and the channels are 9.4 µs apart.
 
-use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, SampleTime};
-use embassy_stm32::flash::Async;
-use embassy_stm32::flash::Flash;
+use embassy_stm32::adc::AdcChannel;
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
-use embassy_stm32::pac;
 use embassy_stm32::usart::{self, BufferedUart};
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{bind_interrupts, flash, peripherals, triggers};
+use embassy_stm32::{bind_interrupts, interrupt, peripherals};
+
+use super::stm32g474::{Board, Chip, SerialBuffers, serial_config, start_clocks};
 
 /// Told to whoever asks.
 pub(crate) const NAME: &str = "nucleo-g474re";
 
-/// Core clock. 170 MHz is the most the G474 runs at, in range 1 boost mode (DS12288, table 17).
-pub(crate) const CORE_HZ: u32 = 170_000_000;
-
-/// The tick timer counts at a quarter of the core clock: 1 kHz (42 500 counts) fits its 16 bits, and every
-/// divisor of 42.5 MHz up to 10 kHz is exact.
-const TICK_TIMER_HZ: u32 = CORE_HZ / 4;
-
-/// Slowest tick the 16-bit timer can pace at 42.5 MHz, rounded up.
-pub(crate) const SLOWEST_TICK_HZ: u32 = 650;
-/// Fastest tick: conversion (37.6 µs) and control must fit into it.
-pub(crate) const FASTEST_TICK_HZ: u32 = 10_000;
-
-/// DAC code at mid: 4095/2 rounded up, 1.65 V, 0.2 mV from the exact middle.
-const MID_CODE: u16 = 2048;
-/// DAC1 channel 1 (PA4) has index 0 in the register arrays.
-const VALVE_CHANNEL: usize = 0;
-/// TIM6_TRGO as trigger of DAC1 (RM0440, table "DAC1 interconnection": dac_ch1_trg7).
-const DAC_TRIGGER_TIM6: u8 = 7;
-
-/// Watchdog period. The LSI runs at 32 kHz ± 6 % (DS12288), so the true period is 18.8 to 21.3 ms: a dead core
-/// releases the valve to its hardware mid position within about 22 ms.
-const WATCHDOG_US: u32 = 20_000;
-
-/// First byte of the parameter storage, as an offset into flash, and its end: the last 8 KiB of bank 2.
-pub(crate) const PARAMETER_FLASH: core::ops::Range<u32> = 0x0007_E000..0x0008_0000;
-
-/// Shortest conversion of the sequence in counts of the tick timer, which runs at the converter's own clock:
-/// 4 × 16 × 25 cycles. (The trigger adds a few; they make the bound safe.)
-const CONVERSION_COUNTS: u16 = 4 * 16 * 25;
-
-/// Oversampling ratio 16 without shift makes 0..=65 520 of the converter's 0..=4095.
-const OVERSAMPLING_16: u8 = 3;
-
 bind_interrupts!(struct Interrupts {
     LPUART1 => usart::BufferedInterruptHandler<peripherals::LPUART1>;
-    FLASH => flash::InterruptHandler;
 });
 
-/// Puts the valve at mid at once, whatever state the chip is in: usable as the first statement of `main` and as the
-/// last act of a fault handler.
-///
-/// The order matters: the code is written *before* the channel is enabled, so that the pin goes from
-/// high impedance (held at mid by the output stage's bias resistors) to mid without passing 0 V, which is full stroke.
-pub(crate) fn valve_to_mid_at_once() {
-    pac::RCC.ahb2enr().modify(|w| w.set_dac1en(true));
-    // The peripheral needs two clock cycles after its clock is enabled (RM0440, 7.2.17); a read back waits them out.
-    let _ = pac::RCC.ahb2enr().read();
-    let dac = pac::DAC1;
-    // Without the trigger the code passes to the output within one bus cycle.
-    dac.cr().modify(|w| w.set_ten(VALVE_CHANNEL, false));
-    dac.dhr12r(VALVE_CHANNEL).write(|w| w.set_dhr(MID_CODE));
-    if !dac.cr().read().en(VALVE_CHANNEL) {
-        dac.mcr().modify(|w| {
-            // Buffer off: the buffered output cannot come within 0.2 V of the rails (DS12288, DAC characteristics),
-            // which would cost a tenth of the valve's range. The output stage's input is high impedance instead.
-            w.set_mode(VALVE_CHANNEL, pac::dac::vals::Mode::NORMAL_EXT_BUFDIS);
-            // The bus will run above 160 MHz (RM0440, HFSEL = 10).
-            w.set_hfsel(2);
-        });
-        dac.cr().modify(|w| w.set_en(VALVE_CHANNEL, true));
-    }
-}
-
-/// Why the chip started, read from RCC_CSR. Reading clears the flags, so this is called once.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub(crate) enum ResetCause {
-    /// Power came up, or the reset button, or the debugger.
-    PowerOrPin,
-    /// The independent watchdog was not fed.
-    Watchdog,
-    /// The firmware asked for it: after a panic or fault, or by command.
-    Software,
-    /// Option bytes, low power, window watchdog: none of them is used here.
-    Other,
-}
-
-/// Reads and clears the reset flags.
-pub(crate) fn reset_cause() -> ResetCause {
-    let flags = pac::RCC.csr().read();
-    pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // The pin flag is set by every internal reset too, so it decides last.
-    if flags.iwdgrstf() {
-        ResetCause::Watchdog
-    } else if flags.sftrstf() {
-        ResetCause::Software
-    } else if flags.borrstf() || flags.pinrstf() {
-        ResetCause::PowerOrPin
-    } else {
-        ResetCause::Other
-    }
-}
-
-/// Everything on the board, each part ready to be given to the module that owns it.
-pub(crate) struct Board {
-    /// Timer and converter.
-    pub(crate) sampler: Sampler,
-    /// Valve output.
-    pub(crate) valve: Valve,
-    /// Virtual COM port.
-    pub(crate) serial: BufferedUart<'static>,
-    /// Flash that holds the parameters.
-    pub(crate) flash: Flash<'static, Async>,
-    /// Not yet counting.
-    pub(crate) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
-    /// Green light LD2.
-    pub(crate) light: Output<'static>,
-}
-
-/// Serial buffers: one frame each way and some.
-pub(crate) struct SerialBuffers {
-    /// To the host.
-    pub(crate) transmit: [u8; 256],
-    /// From the host.
-    pub(crate) receive: [u8; 256],
-}
-
-impl Board {
-    /// Sets up clocks, pins and interrupt priorities. The valve is at mid before and after.
-    pub(crate) fn start(buffers: &'static mut SerialBuffers) -> Self {
-        let p = embassy_stm32::init(clocks());
-        // Sampling preempts everything; the rest shares the lowest urgency.
-        interrupt::ADC1_2.set_priority(Priority::P0);
-        for other in [interrupt::TIM2, interrupt::LPUART1, interrupt::FLASH] {
-            other.set_priority(Priority::P8);
-        }
-        let mut serial_config = usart::Config::default();
-        serial_config.baudrate = 115_200;
-        let serial = BufferedUart::new(
-            p.LPUART1,
-            p.PA3,
-            p.PA2,
-            &mut buffers.transmit,
-            &mut buffers.receive,
-            Interrupts,
-            serial_config,
-        )
+/// Sets up everything on the board.
+pub(crate) fn start(buffers: &'static mut SerialBuffers) -> Board {
+    let p = start_clocks(interrupt::LPUART1);
+    let (transmit, receive) = (&mut buffers.transmit, &mut buffers.receive);
+    let serial = BufferedUart::new(p.LPUART1, p.PA3, p.PA2, transmit, receive, Interrupts, serial_config())
         .expect("115200 baud divides the peripheral clock");
-
-        // 12.5 cycles at 42.5 MHz give the sampling capacitor 294 ns: enough for the filter of docs/wiring.md, whose
-        // 10 nF at the pin is a thousand times the 5 pF sampled.
-        let time = SampleTime::CYCLES12_5;
-        let adc = Adc::new(
-            p.ADC1,
-            AdcConfig {
-                oversampling_ratio: Some(OVERSAMPLING_16),
-                oversampling_shift: Some(0),
-                ..AdcConfig::default()
-            },
-        );
-        // embassy-stm32 0.6 knows oversampling of regular conversions only.
-        pac::ADC1.cfgr2().modify(|w| w.set_jovse(true));
-        let injected = adc.setup_injected_conversions(
-            [
-                (p.PA0.degrade_adc(), time),
-                (p.PA1.degrade_adc(), time),
-                (p.PC1.degrade_adc(), time),
-                (p.PC0.degrade_adc(), time),
-            ],
-            triggers::TIM6_TRGO,
-            Exten::RISING_EDGE,
-            true,
-        );
-        // Dropping the driver would stop the converter; from here on the interrupt reads the registers itself.
-        core::mem::forget(injected);
-        embassy_stm32::rcc::enable_and_reset::<peripherals::TIM6>();
-        Board {
-            sampler: Sampler { tick_counts: 0 },
-            valve: Valve(()),
-            serial,
-            flash: Flash::new(p.FLASH, Interrupts),
-            watchdog: IndependentWatchdog::new(p.IWDG, WATCHDOG_US),
-            light: Output::new(p.PA5, Level::Low, Speed::Low),
-        }
-    }
-}
-
-fn clocks() -> embassy_stm32::Config {
-    use embassy_stm32::rcc::{Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux};
-    let mut config = embassy_stm32::Config::default();
-    // HSI 16 MHz / 4 × 85 / 2 = 170 MHz. The internal oscillator (1 %) is enough: no interface here needs a crystal,
-    // and its failure mode, none, is the better one.
-    config.rcc.pll = Some(Pll {
-        source: PllSource::HSI,
-        prediv: PllPreDiv::DIV4,
-        mul: PllMul::MUL85,
-        divp: None,
-        divq: None,
-        divr: Some(PllRDiv::DIV2),
-    });
-    config.rcc.sys = Sysclk::PLL1_R;
-    config.rcc.boost = true;
-    // 170 MHz / 4 = 42.5 MHz, below the converter's 60 MHz; the driver picks the divider.
-    config.rcc.mux.adc12sel = mux::Adcsel::SYS;
-    config
-}
-
-/// The tick: timer and converter.
-pub(crate) struct Sampler {
-    tick_counts: u16,
-}
-
-/// One end-of-sequence reading.
-pub(crate) struct Sequence {
-    /// Position, p_a, p_b, p_sup, 0..=65 535.
-    pub(crate) codes: [u16; 4],
-    /// The next conversion was under way while these were read: samples of two ticks may be mixed.
-    pub(crate) mixed: bool,
-}
-
-impl Sampler {
-    /// Sets the tick rate; outside [`SLOWEST_TICK_HZ`]`..=`[`FASTEST_TICK_HZ`] it is limited.
-    pub(crate) fn set_rate(&mut self, tick_hz: u32) {
-        let counts = TICK_TIMER_HZ / tick_hz.clamp(SLOWEST_TICK_HZ, FASTEST_TICK_HZ);
-        // 42.5 MHz / 650 Hz = 65 384: fits 16 bits.
-        self.tick_counts = counts as u16;
-        let timer = pac::TIM6;
-        timer.psc().write_value((CORE_HZ / TICK_TIMER_HZ - 1) as u16);
-        timer.arr().write(|w| w.set_arr((counts - 1) as u16));
-        // Loads prescaler and period; before the update becomes a trigger, so that no conversion starts yet.
-        timer.egr().write(|w| w.set_ug(true));
-        timer.sr().write(|w| w.set_uif(false));
-        timer.cr2().modify(|w| w.set_mms(pac::timer::vals::Mms::UPDATE));
-    }
-
-    /// Starts ticking; the interrupt fires from now on.
-    pub(crate) fn start(&mut self) {
-        // SAFETY: the interrupt's data is in place before the first tick; `sampling::start` is the only caller.
-        unsafe { interrupt::ADC1_2.enable() };
-        pac::TIM6.cr1().modify(|w| w.set_cen(true));
-    }
-
-    /// Reads the finished sequence and acknowledges it. For the end-of-sequence interrupt only.
-    #[inline(always)]
-    pub(crate) fn read(&mut self) -> Sequence {
-        // The sequence ends CONVERSION_COUNTS after the update. A smaller count is one of the next period.
-        let mixed = pac::TIM6.cnt().read().cnt() < CONVERSION_COUNTS;
-        pac::TIM6.sr().write(|w| w.set_uif(false));
-        let adc = pac::ADC1;
-        // Written out: in a loop the register index would be checked at run time, and a panic linked in.
-        let raw = [adc.jdr(0), adc.jdr(1), adc.jdr(2), adc.jdr(3)].map(|rank| rank.read().jdata());
-        // Only the injected flags: the driver's read-modify-write would also clear flags nobody has looked at.
-        adc.isr().write(|w| {
-            w.set_jeos(true);
-            w.set_jeoc(true);
-        });
-        Sequence { codes: raw.map(full_range), mixed }
-    }
-
-    /// Whether the next tick has begun since [`Sampler::read`]: the valve code of this one came too late.
-    #[inline(always)]
-    pub(crate) fn overran(&self) -> bool {
-        pac::TIM6.sr().read().uif()
-    }
-
-    /// Core clock cycles per tick.
-    pub(crate) fn cycles_per_tick(&self) -> u32 {
-        u32::from(self.tick_counts) * (CORE_HZ / TICK_TIMER_HZ)
-    }
-}
-
-/// Stretches 0..=65 520 (sixteen 12-bit samples added up) to 0..=65 535: exact at both ends, monotonic.
-#[inline(always)]
-fn full_range(sum: u16) -> u16 {
-    sum.saturating_add(sum >> 12)
-}
-
-/// The valve output. One instance exists; it belongs to the control interrupt.
-pub(crate) struct Valve(());
-
-impl Valve {
-    /// From now on a code takes effect at the next tick, latched by the timer.
-    pub(crate) fn latch_with_tick(&mut self) {
-        pac::DAC1.cr().modify(|w| {
-            w.set_tsel(VALVE_CHANNEL, DAC_TRIGGER_TIM6);
-            w.set_ten(VALVE_CHANNEL, true);
-        });
-    }
-
-    /// Hands over a code, 0..=4095, for the next tick. Larger codes are limited, not truncated.
-    #[inline(always)]
-    pub(crate) fn set(&mut self, code: u16) {
-        pac::DAC1.dhr12r(VALVE_CHANNEL).write(|w| w.set_dhr(code.min(4095)));
-    }
-}
-
-/// Resets the chip. The valve pin goes to high impedance, and the output stage holds the valve at mid.
-pub(crate) fn reset() -> ! {
-    cortex_m::peripheral::SCB::sys_reset()
+    Board::assemble(
+        Chip { adc: p.ADC1, flash: p.FLASH, watchdog: p.IWDG },
+        [p.PA0.degrade_adc(), p.PA1.degrade_adc(), p.PC1.degrade_adc(), p.PC0.degrade_adc()],
+        serial,
+        Output::new(p.PA5, Level::Low, Speed::Low),
+        Output::new(p.PB0, Level::Low, Speed::Low),
+    )
 }

@@ -131,14 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Action::Parameters => {
             for parameter in Parameter::ALL {
                 let info = parameter.info();
-                println!(
-                    "{:34} {:>12} ({} … {})  {}",
-                    info.name,
-                    info.default,
-                    info.low,
-                    info.high,
-                    parameter.meaning()
-                );
+                say!("{:34} {:>12} ({} … {})  {}", info.name, info.default, info.low, info.high, parameter.meaning());
             }
             return Ok(());
         }
@@ -175,7 +168,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if matches!(arguments.action, Action::Get { name: None }) {
         for parameter in Parameter::ALL {
             if let Reply::Value(value) = client.ask(Command::Get(parameter)).map_err(failed)? {
-                println!("{:34} {value}", parameter.info().name);
+                say!("{:34} {value}", parameter.info().name);
             }
         }
         return Ok(());
@@ -186,24 +179,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn show(reply: &Reply) {
     match reply {
-        Reply::Done => println!("done"),
-        Reply::Value(value) => println!("{value}"),
-        Reply::Text(text) if text.is_empty() => println!("no fault on record"),
-        Reply::Text(text) => println!("{text}"),
+        Reply::Done => say!("done"),
+        Reply::Value(value) => say!("{value}"),
+        Reply::Text(text) if text.is_empty() => say!("no fault on record"),
+        Reply::Text(text) => say!("{text}"),
         Reply::Version(version) => {
-            println!("firmware {} on {}, {} ticks per second", version.firmware, version.board, version.tick_hz);
+            say!("firmware {} on {}, {} ticks per second", version.firmware, version.board, version.tick_hz);
         }
         Reply::Status(status) => {
             let [y, a, b, supply] = status.codes;
-            println!("state        {}{}", status.state, if status.bench { " (bench)" } else { "" });
-            println!("ticks        {}", status.ticks);
-            println!("codes        position {y}, p_a {a}, p_b {b}, supply {supply}; valve {}", status.dac_code);
-            println!("setpoint     {:.6} m", f64::from(status.setpoint_um) * 1.0e-6);
-            println!(
-                "tick         worst {} cycles; {} overruns, {} late",
-                status.worst_cycles, status.overruns, status.late_ticks
+            say!("state        {}{}", status.state, if status.bench { " (bench)" } else { "" });
+            say!("ticks        {}", status.ticks);
+            say!("codes        position {y}, p_a {a}, p_b {b}, supply {supply}; valve {}", status.dac_code);
+            say!("setpoint     {:.6} m", f64::from(status.setpoint_um) * 1.0e-6);
+            say!(
+                "tick         worst {} cycles; {} overruns, {} late; {} against the model",
+                status.worst_cycles,
+                status.overruns,
+                status.late_ticks,
+                status.disagreements
             );
-            println!("lost         {} telemetry records, {} bad frames", status.telemetry_lost, status.bad_frames);
+            say!("lost         {} telemetry records, {} bad frames", status.telemetry_lost, status.bad_frames);
         }
     }
 }

@@ -1,0 +1,71 @@
+//! `plant-sim record` and `board` with what a user gets wrong: one error with a remedy, no panic, no half-written log.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plant-sim")).args(arguments).current_dir(folder).output().expect("runs")
+}
+
+#[track_caller]
+fn refused(arguments: &[&str], folder: &Path, status: i32, says: &[&str]) {
+    let output = plant_sim(arguments, folder);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {text}");
+    for part in says {
+        assert!(text.contains(part), "{arguments:?}: `{text}` does not say `{part}`");
+    }
+    assert!(!folder.join("run.csv").exists(), "{arguments:?} left a log behind");
+}
+
+#[test]
+fn recording_from_what_is_no_firmware_or_no_stream_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("text.elf"), "no firmware").expect("writable");
+    // This very program is an ELF file, but it has no telemetry formats.
+    std::fs::copy(env!("CARGO_BIN_EXE_plant-sim"), at.join("host.elf")).expect("copied");
+    std::fs::write(at.join("stream.bin"), [1, 2, 3]).expect("writable");
+    let record = |elf, from| ["record", "--quiet", "--out", "run.csv", "--elf", elf, "--from", from];
+    refused(&record("nothing.elf", "stream.bin"), at, 2, &["nothing.elf"]);
+    refused(&record("text.elf", "stream.bin"), at, 2, &["text.elf", "firmware"]);
+    refused(&record("host.elf", "stream.bin"), at, 2, &["host.elf", "give the very file"]);
+    let probe = ["record", "--out", "run.csv", "--elf", "text.elf", "--probe", "--from", "stream.bin"];
+    refused(&probe, at, 2, &["--probe", "--from"]);
+}
+
+#[cfg(not(feature = "probe"))]
+#[test]
+fn a_probe_without_probe_support_names_the_feature() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(env!("CARGO_BIN_EXE_plant-sim"), folder.path().join("host.elf")).expect("copied");
+    for probe in [&["--probe"][..], &["--probe", "0483:374e", "--chip", "STM32G474RETx"]] {
+        let arguments = [&["record", "--out", "run.csv", "--elf", "host.elf"], probe].concat();
+        refused(&arguments, folder.path(), 2, &["--features probe"]);
+    }
+}
+
+#[test]
+fn a_board_that_is_not_there_and_words_it_does_not_know_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let board = |more: &[&'static str]| [&["board", "--port", "no-such-port"], more].concat();
+    refused(&board(&["status"]), folder.path(), 1, &["no-such-port", "plugged in"]);
+    refused(&board(&["get", "gain_v_per_n"]), folder.path(), 2, &["gain_v_per_m"]);
+    refused(&board(&["set", "gain_v_per_m", "much"]), folder.path(), 2, &["much"]);
+    refused(&board(&["hold", "nan"]), folder.path(), 2, &["number"]);
+    refused(&board(&["sine", "--period", "inf"]), folder.path(), 2, &["--period"]);
+    refused(&board(&["bench", "maybe"]), folder.path(), 2, &["maybe"]);
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+        .args(["board", "parameters"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("runs");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("ends");
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
+}
