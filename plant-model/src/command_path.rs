@@ -23,15 +23,15 @@ impl<R: Real, const N: usize> CommandPath<R, N> {
         Self { delay_s, half_width_v, under_way, played_v: R::ZERO }
     }
 
+    /// The command that the spool sees, where it arrives at once; else `None`.
+    #[inline]
+    pub(crate) fn pass(&mut self, u_v: R) -> Option<R> {
+        (self.delay_s <= R::ZERO).then(|| self.play(u_v))
+    }
+
     /// Sends a command that is held for `dt` and calls `act(command, duration)` for every command that reaches the
     /// spool meanwhile.
-    #[inline]
     pub(crate) fn send(&mut self, u_v: R, dt_s: R, mut act: impl FnMut(R, R)) {
-        if self.delay_s <= R::ZERO {
-            let command = self.play(u_v);
-            act(command, dt_s);
-            return;
-        }
         self.enqueue(u_v, dt_s);
         let mut left = dt_s;
         while left > R::ZERO {

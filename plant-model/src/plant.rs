@@ -60,6 +60,8 @@ pub struct Plant<R> {
     pub(crate) energy: R,
     pub(crate) minimum_volume_m3: R,
     pub(crate) inverse_mass: R,
+    /// `A / M`, m/(s2 Pa).
+    pub(crate) acceleration_per_pa: R,
     pub(crate) minimum_level_n: R,
     pub(crate) level_varies: bool,
     extended: bool,
@@ -168,6 +170,7 @@ impl<R: Real> Plant<R> {
                 * model.area_m2
                 * (model.half_stroke_m + model.half_stroke_m),
             inverse_mass: R::ONE / model.mass_kg,
+            acceleration_per_pa: model.area_m2 / model.mass_kg,
             minimum_level_n: R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n,
             level_varies,
             extended: level_varies

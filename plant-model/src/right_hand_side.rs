@@ -55,8 +55,18 @@ pub(crate) struct Jacobian<R> {
 impl<R: Real> Plant<R> {
     #[inline]
     pub(crate) fn drive(&self, inputs: &Inputs<R>) -> Drive<R> {
+        self.drive_from(inputs, &mut Opening::at(R::ZERO))
+    }
+
+    /// [`Plant::drive`], given the opening of an earlier command: a held command costs no arc tangent.
+    #[inline(always)]
+    pub(crate) fn drive_from(&self, inputs: &Inputs<R>, last: &mut Opening<R>) -> Drive<R> {
         let command_v = inputs.u_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
-        let opening = Opening::at(self.model.dead_zone.output_v(command_v));
+        let w = self.model.dead_zone.output_v(command_v);
+        if w != last.w {
+            *last = Opening::at(w);
+        }
+        let opening = *last;
         let connect =
             |filling| self.orifices.connect(filling, opening.magnitude, inputs.supply_pa, self.model.atmosphere_pa);
         Drive {
@@ -82,6 +92,15 @@ impl<R: Real> Plant<R> {
             state.p_a_sensed_pa = state.p_a_pa;
             state.p_b_sensed_pa = state.p_b_pa;
         }
+    }
+
+    /// [`Plant::settle`] for a plant that uses none of the additional states.
+    #[inline]
+    pub(crate) fn follow(&self, state: &mut State<R>, drive: &Drive<R>) {
+        state.spool_v = drive.command_v;
+        state.p_sup_pa = drive.supply_pa;
+        state.p_a_sensed_pa = state.p_a_pa;
+        state.p_b_sensed_pa = state.p_b_pa;
     }
 
     #[inline]
@@ -167,6 +186,14 @@ impl<R: Real> Plant<R> {
     ) -> (State<R>, Jacobian<R>) {
         let m = &self.model;
         let (y, v, p_a, p_b) = (state.y_m, state.v_m_per_s, state.p_a_pa, state.p_b_pa);
+        // First, because its exponential and its sine are calls, which cost the least while nothing else is under way.
+        let (friction, level_by_y, level_by_p) = if !self.level_varies && self.lugre.is_elastic(state.z_m, v) {
+            (self.lugre.elastic_response(state.z_m, v), R::ZERO, R::ZERO)
+        } else {
+            let (level, by_y, by_p) = self.level::<EXTENDED>(state);
+            (self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level), by_y, by_p)
+        };
+
         let opening = self.opening::<EXTENDED>(state, drive);
         let (fills_a, fills_b) = (opening.fills_a, !opening.fills_a);
         let (valve_a, valve_b) = if EXTENDED {
@@ -190,12 +217,6 @@ impl<R: Real> Plant<R> {
         let rate_a = volume_a.pressure_rate(m.exponent, self.energy, p_a, v, into_a, by_a);
         let rate_b = volume_b.pressure_rate(m.exponent, self.energy, p_b, -v, into_b, by_b);
 
-        let (friction, level_by_y, level_by_p) = if !self.level_varies && self.lugre.is_elastic(state.z_m, v) {
-            (self.lugre.elastic_response(state.z_m, v), R::ZERO, R::ZERO)
-        } else {
-            let (level, by_y, by_p) = self.level::<EXTENDED>(state);
-            (self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level), by_y, by_p)
-        };
         let acceleration = (self.driving_force(state, drive) - friction.force_n) * self.inverse_mass;
 
         let mut rates = State {
@@ -233,7 +254,7 @@ impl<R: Real> Plant<R> {
             jacobian.b_y = -rate_b.by_displacement;
             jacobian.z_z = friction.rate_by_bristle;
             jacobian.z_v = friction.rate_by_velocity;
-            jacobian.v_p = m.area_m2 * self.inverse_mass;
+            jacobian.v_p = self.acceleration_per_pa;
             jacobian.v_z = -(self.lugre.stiffness * self.inverse_mass + damping * friction.rate_by_bristle);
             jacobian.v_v = -(damping * friction.rate_by_velocity + self.lugre.viscous * self.inverse_mass);
             if EXTENDED {

@@ -1,13 +1,14 @@
 //! Integration over intervals of constant input.
 //!
-//! The method, Rodas3, is L-stable: it takes steps that the bristles' stiffness (2.2e4 1/s at 1 m/s) does not limit,
+//! The methods (`rosenbrock.rs`) are L-stable: they take steps that the bristles' stiffness (2.2e4 1/s at 1 m/s) does not limit,
 //! where explicit Euler diverges above 90 us and Runge-Kutta 4 above 130 us. At a 1 kHz tick one step suffices but for
 //! breakaway, reversal and impact, which the error control finds.
 
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
 use crate::right_hand_side::Drive;
-use crate::rosenbrock::rodas3;
+use crate::rosenbrock::{rodas3, ros3};
+use crate::valve_flow::Opening;
 
 /// Accepted error of one step (Euclidean norm over the components), absolute, in the units of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +33,7 @@ impl<R: Real> Tolerance<R> {
             position_m: R::of(5.0e-8),
             velocity_m_per_s: R::of(1.0e-6),
             pressure_pa: R::of(0.5),
-            bristle_m: R::of(5.0e-9),
+            bristle_m: R::of(1.25e-9),
             spool_v: R::of(5.0e-5),
         }
     }
@@ -73,6 +74,7 @@ enum Division<R> {
 #[derive(Clone, Copy, Debug)]
 pub struct Stepper<R> {
     division: Division<R>,
+    opening: Opening<R>,
     steps: u64,
     forced_steps: u64,
 }
@@ -95,13 +97,17 @@ impl<R: Real> Stepper<R> {
             bristle: R::ONE / tolerance.bristle_m,
             spool: R::ONE / tolerance.spool_v,
         };
-        Self { division: Division::Adaptive { weights, next_s: R::of(1.0e-4) }, steps: 0, forced_steps: 0 }
+        Self::with(Division::Adaptive { weights, next_s: R::of(1.0e-4) })
     }
 
     /// A fixed number of equal steps per call (at least one): constant cost per call.
     #[must_use]
     pub fn equal_steps(count: u16) -> Self {
-        Self { division: Division::Equal(count.max(1)), steps: 0, forced_steps: 0 }
+        Self::with(Division::Equal(count.max(1)))
+    }
+
+    fn with(division: Division<R>) -> Self {
+        Self { division, opening: Opening::at(R::ZERO), steps: 0, forced_steps: 0 }
     }
 
     /// How many steps have been taken, rejected ones included.
@@ -119,20 +125,56 @@ impl<R: Real> Stepper<R> {
     }
 
     /// Advances the state by `dt` seconds under constant inputs. `dt` must be positive; otherwise nothing happens.
-    #[inline]
     pub fn advance(&mut self, plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
+        self.advance_inline(plant, state, inputs, dt_s);
+    }
+
+    /// [`Stepper::advance`] for the one place where nearly all ticks of a simulation pass.
+    #[inline(always)]
+    pub(crate) fn advance_inline(&mut self, plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
         let runs = dt_s > R::ZERO;
         if !runs {
             return;
         }
-        let drive = plant.drive(inputs);
+        let drive = plant.drive_from(inputs, &mut self.opening);
         if plant.is_extended() {
-            plant.settle(state, &drive);
-            self.run::<true>(plant, state, &drive, dt_s);
-        } else {
-            self.run::<false>(plant, state, &drive, dt_s);
+            self.advance_extended(plant, state, &drive, dt_s);
+            return;
         }
-        plant.settle(state, &drive);
+        match self.division {
+            Division::Adaptive { weights, next_s } if next_s >= dt_s => {
+                self.whole(plant, state, &drive, dt_s, &weights);
+            }
+            _ => self.subdivide::<false>(plant, state, &drive, dt_s),
+        }
+        plant.follow(state, &drive);
+    }
+
+    /// A function of its own, so that the registers of the shorter path do not suffer from the longer one.
+    #[inline(never)]
+    fn advance_extended(&mut self, plant: &Plant<R>, state: &mut State<R>, drive: &Drive<R>, dt: R) {
+        plant.settle(state, drive);
+        self.subdivide::<true>(plant, state, drive, dt);
+        plant.settle(state, drive);
+    }
+
+    /// The usual tick of the paper's model: all of it in one step, without a loop. Turns to [`Stepper::subdivide`] when that fails.
+    #[inline(always)]
+    fn whole(&mut self, plant: &Plant<R>, state: &mut State<R>, drive: &Drive<R>, dt: R, weights: &Weights<R>) {
+        let held = plant.held_at_stop(state, drive);
+        let (next, error) = ros3(plant, state, drive, held, dt);
+        let norm = weights.norm_squared::<false>(&error);
+        self.steps += 1;
+        if norm <= R::ONE && next.y_m.abs() <= plant.half_stroke_m() {
+            *state = next;
+            return;
+        }
+        if let Division::Adaptive { next_s, .. } = &mut self.division
+            && norm > R::ONE
+        {
+            *next_s = (dt * step_factor(norm)).at_least(R::of(MIN_STEP_S));
+        }
+        self.subdivide::<false>(plant, state, drive, dt);
     }
 
     /// One L-stable step of a plant without effects, and nothing else: what bench mode on the microcontroller needs,
@@ -146,7 +188,9 @@ impl<R: Real> Stepper<R> {
         plant.settle(state, &drive);
     }
 
-    fn run<const EXTENDED: bool>(&mut self, plant: &Plant<R>, state: &mut State<R>, drive: &Drive<R>, dt: R) {
+    /// The interval in as many steps as it takes.
+    #[inline(never)]
+    fn subdivide<const EXTENDED: bool>(&mut self, plant: &Plant<R>, state: &mut State<R>, drive: &Drive<R>, dt: R) {
         match &mut self.division {
             Division::Equal(count) => {
                 let h = dt / R::of(f64::from(*count));
@@ -178,7 +222,11 @@ impl<R: Real> Stepper<R> {
                     };
                     taken += 1;
                     let held = plant.held_at_stop(state, drive);
-                    let (mut next, error) = rodas3::<R, EXTENDED>(plant, state, drive, held, step);
+                    let (mut next, error) = if EXTENDED {
+                        rodas3::<R, EXTENDED>(plant, state, drive, held, step)
+                    } else {
+                        ros3(plant, state, drive, held, step)
+                    };
                     let norm = weights.norm_squared::<EXTENDED>(&error);
                     // A NaN is not accepted either.
                     let accepted = norm <= R::ONE;
