@@ -121,7 +121,7 @@ pub struct Tick {
 struct Channel {
     low: f64,
     codes_per_unit: f64,
-    top: f64,
+    top: u16,
     deviation: f64,
 }
 
@@ -132,17 +132,35 @@ impl Channel {
         let codes_per_unit = 1.0 / converter.resolution();
         // Without noise there is nothing to average: only the final code's rounding is left.
         let deviation = if noise > 0.0 { variance.sqrt() * codes_per_unit } else { 0.0 };
-        Self { low: range[0], codes_per_unit, top: f64::from(converter.top_code()), deviation }
+        Self { low: range[0], codes_per_unit, top: converter.top_code() as u16, deviation }
     }
 
+    /// The code of a quantity disturbed by `normal` standard deviations; the conversion to an integer saturates.
+    #[inline(always)]
+    fn sample(&self, quantity: f64, normal: f64) -> AdcCode {
+        let code = (quantity - self.low) * self.codes_per_unit + 0.5 + self.deviation * normal;
+        AdcCode((code as u16).min(self.top))
+    }
+}
+
+/// Voltages on their way to the DAC's output.
+#[derive(Clone, Copy, Debug)]
+struct OutputDelay {
+    ticks: usize,
+    oldest: usize,
+    pending_v: [f64; MOST_DELAY_TICKS],
+}
+
+impl OutputDelay {
+    /// Takes this tick's voltage and returns the one of so many ticks ago.
     #[inline]
-    fn sample(&self, quantity: f64, rng: &mut Xoshiro256PlusPlus) -> AdcCode {
-        let mut code = (quantity - self.low) * self.codes_per_unit + 0.5;
-        if self.deviation > 0.0 {
-            let normal: f64 = StandardNormal.sample(rng);
-            code += self.deviation * normal;
+    fn pass(&mut self, voltage_v: f64) -> f64 {
+        if self.ticks == 0 {
+            return voltage_v;
         }
-        AdcCode(code.clamp(0.0, self.top + 0.5) as u16)
+        let slot = &mut self.pending_v[self.oldest];
+        self.oldest = if self.oldest + 1 < self.ticks { self.oldest + 1 } else { 0 };
+        std::mem::replace(slot, voltage_v)
     }
 }
 
@@ -154,13 +172,13 @@ pub struct ClosedLoop {
     controller: State,
     position: Channel,
     pressure: Channel,
+    noisy: bool,
     valve: Converter,
     safe_v: f64,
     tick_s: f64,
     ticks: u64,
     rng: Xoshiro256PlusPlus,
-    delay: usize,
-    pending_v: [f64; MOST_DELAY_TICKS + 1],
+    delay: OutputDelay,
     disturbance_n: f64,
 }
 
@@ -184,13 +202,13 @@ impl ClosedLoop {
             controller: State::armed(),
             position: Channel::new(&io.position(), io.position_range_m, settings.noise.position_m, settings),
             pressure: Channel::new(&io.pressure(), io.pressure_range_pa, settings.noise.pressure_pa, settings),
+            noisy: settings.noise != Noise::NONE,
             valve,
             safe_v,
             tick_s: io.tick_s(),
             ticks: 0,
             rng: Xoshiro256PlusPlus::seed_from_u64(settings.seed),
-            delay: settings.output_delay_ticks,
-            pending_v: [safe_v; MOST_DELAY_TICKS + 1],
+            delay: OutputDelay { ticks: settings.output_delay_ticks, oldest: 0, pending_v: [safe_v; MOST_DELAY_TICKS] },
             disturbance_n: 0.0,
         })
     }
@@ -222,20 +240,22 @@ impl ClosedLoop {
     #[inline]
     fn sample(&mut self) -> [AdcCode; 4] {
         let Measurement { y_m, p_a_pa, p_b_pa, p_sup_pa } = self.simulator.measure();
+        let mut noise = [0.0; 4];
+        if self.noisy {
+            noise = std::array::from_fn(|_| StandardNormal.sample(&mut self.rng));
+        }
         [
-            self.position.sample(y_m, &mut self.rng),
-            self.pressure.sample(p_a_pa, &mut self.rng),
-            self.pressure.sample(p_b_pa, &mut self.rng),
-            self.pressure.sample(p_sup_pa, &mut self.rng),
+            self.position.sample(y_m, noise[0]),
+            self.pressure.sample(p_a_pa, noise[1]),
+            self.pressure.sample(p_b_pa, noise[2]),
+            self.pressure.sample(p_sup_pa, noise[3]),
         ]
     }
 
     #[inline]
     fn finish(&mut self, adc: [AdcCode; 4], dac: DacCode, mode: Mode) -> Tick {
         let plant = *self.simulator.state();
-        self.pending_v[self.delay] = self.valve.quantity(u32::from(dac.0));
-        let u_v = self.pending_v[0];
-        self.pending_v.copy_within(1..=self.delay, 0);
+        let u_v = self.delay.pass(self.valve.quantity(u32::from(dac.0)));
         let mut inputs = self.simulator.plant().inputs(u_v);
         inputs.external_force_n = self.disturbance_n;
         self.simulator.advance_with(&inputs, self.tick_s);
