@@ -24,17 +24,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
          Mathematical Problems in Engineering, 2011. Equation numbers are the paper's; where it is wrong or silent, \
          `docs/model.md` says what is used instead.",
     );
-    for figure in figures() {
+    let figures = figures();
+    let total = |verdict: Verdict| {
+        let claims = figures.iter().flat_map(|figure| &figure.claims);
+        claims.filter(|claim| claim.verdict == verdict).count()
+    };
+    let tally = [Verdict::BorneOut, Verdict::InPart, Verdict::NotBorneOut]
+        .map(|verdict| format!("{} {verdict}", total(verdict)))
+        .join(", ");
+    page.text(format!("The paper's statements about these figures: {tally}."));
+    for figure in &figures {
         say!("Fig. {}: {}", figure.number, figure.title);
         page.section(format!("Fig. {}: {}", figure.number, figure.title)).text(figure.setting);
         let mut table = Table::new(["the paper says", "verdict", "evidence"]);
         for claim in &figure.claims {
-            let verdict = match claim.verdict {
-                Verdict::BorneOut => "borne out",
-                Verdict::NotBorneOut => "NOT borne out",
-            };
+            let verdict = claim.verdict.to_string();
             say!("  {verdict}: {} — {}", claim.statement, claim.evidence);
-            table.row([claim.statement, verdict, &claim.evidence]);
+            table.row([claim.statement, &verdict, &claim.evidence]);
         }
         page.table(table);
         if figure.number == 13 {
@@ -51,6 +57,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let path = arguments.out.join("paper.html");
     write_file(&path, |out| out.write_all(page.to_html().as_bytes()))?;
-    say!("\nReport: {}", path.display());
+    say!("\nThe paper's statements: {tally}.\nReport: {}", path.display());
     Ok(())
 }

@@ -12,6 +12,8 @@ use report_html::Plot;
 pub enum Verdict {
     /// It does.
     BorneOut,
+    /// It does within limits that the paper does not state, or not to the letter; the evidence says which.
+    InPart,
     /// It does not.
     NotBorneOut,
 }
@@ -31,6 +33,25 @@ impl Claim {
     fn new(statement: &'static str, holds: bool, evidence: impl Into<String>) -> Self {
         let verdict = if holds { Verdict::BorneOut } else { Verdict::NotBorneOut };
         Self { statement, verdict, evidence: evidence.into() }
+    }
+
+    /// A statement that can hold at most in part, for the reason the evidence gives.
+    fn in_part(statement: &'static str, holds: bool, evidence: impl Into<String>) -> Self {
+        let mut claim = Self::new(statement, holds, evidence);
+        if holds {
+            claim.verdict = Verdict::InPart;
+        }
+        claim
+    }
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::BorneOut => "borne out",
+            Self::InPart => "in part",
+            Self::NotBorneOut => "NOT borne out",
+        })
     }
 }
 
@@ -67,19 +88,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_statement_of_the_paper_about_its_figures_is_borne_out() {
+    fn every_statement_of_the_paper_holds_but_three_only_in_part() {
+        let mut in_part = Vec::new();
         for figure in figures() {
             assert!(!figure.claims.is_empty() && !figure.plots.is_empty(), "figure {}", figure.number);
             for claim in figure.claims {
-                assert_eq!(
-                    claim.verdict,
-                    Verdict::BorneOut,
-                    "figure {}: {}: {}",
-                    figure.number,
-                    claim.statement,
-                    claim.evidence
-                );
+                let place = format!("figure {}: {}: {}", figure.number, claim.statement, claim.evidence);
+                assert_ne!(claim.verdict, Verdict::NotBorneOut, "{place}");
+                if claim.verdict == Verdict::InPart {
+                    in_part.push((figure.number, claim.statement));
+                }
             }
         }
+        assert_eq!(
+            in_part,
+            [
+                (11, friction::NO_CREEP),
+                (13, "case (a) hunts around the target: oscillations caused by limit cycles"),
+                (13, "case (b) does not overshoot"),
+            ]
+        );
     }
 }
