@@ -60,7 +60,8 @@ pub fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Res
     builder.prefix(".writing-");
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut temporary = builder.tempfile_in(folder).map_err(failed)?;
+    // Without its source the error does not name the temporary file, which nobody asked for.
+    let mut temporary = builder.tempfile_in(folder).map_err(|error| failed(error.kind().into()))?;
     {
         let mut buffered = BufWriter::with_capacity(1 << 16, &mut temporary);
         fill(&mut buffered).and_then(|()| buffered.flush()).map_err(failed)?;

@@ -50,8 +50,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
     duration: f64,
     /// Threads; by default one per core
-    #[arg(long, value_name = "COUNT")]
-    threads: Option<usize>,
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Folder for sweep.csv and sweep.html
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
@@ -60,17 +60,24 @@ pub(crate) struct Arguments {
 /// More runs than this are refused: the results are kept in memory.
 const MOST_RUNS: usize = 5_000_000;
 
-type Figure = (&'static str, fn(&StepMetrics) -> Option<f64>);
+/// A figure of a run.
+struct Figure {
+    /// Column of the CSV.
+    column: &'static str,
+    /// What a reader is told.
+    label: &'static str,
+    /// In the unit that column and label name.
+    value: fn(&StepMetrics) -> Option<f64>,
+}
 
-/// The figures of a run: name as column and label, and value in that unit.
 const FIGURES: [Figure; 7] = [
-    ("rise_s", |m| m.rise_s),
-    ("overshoot_percent", |m| Some(100.0 * m.overshoot)),
-    ("settling_2_percent_s", |m| m.settling_2_percent_s),
-    ("settling_0_1_mm_s", |m| m.settling_0_1_mm_s),
-    ("steady_error_mm", |m| Some(1e3 * m.steady_error_m)),
-    ("hunting_mm", |m| Some(1e3 * m.hunting_m)),
-    ("crossings", |m| Some(f64::from(m.crossings))),
+    Figure { column: "rise_s", label: "rise 10–90 %, s", value: |m| m.rise_s },
+    Figure { column: "overshoot_percent", label: "overshoot, %", value: |m| Some(100.0 * m.overshoot) },
+    Figure { column: "settling_2_percent_s", label: "settled to 2 %, s", value: |m| m.settling_2_percent_s },
+    Figure { column: "settling_0_1_mm_s", label: "settled to 0.1 mm, s", value: |m| m.settling_0_1_mm_s },
+    Figure { column: "steady_error_mm", label: "steady error, mm", value: |m| Some(1e3 * m.steady_error_m) },
+    Figure { column: "hunting_mm", label: "hunting, ± mm", value: |m| Some(1e3 * m.hunting_m) },
+    Figure { column: "crossings", label: "crossings of the target", value: |m| Some(f64::from(m.crossings)) },
 ];
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -91,7 +98,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {per_sec}, {eta} left") {
         bar.set_style(style);
     }
-    let threads = arguments.threads.unwrap_or(0);
+    // Zero is rayon's way of saying one per core.
+    let threads = usize::from(arguments.threads.unwrap_or(0));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -203,8 +211,8 @@ fn refused(keys: &[Key], job: &Job, error: &str) -> CliError {
     CliError::Input(InputError::new("--vary", format!("{} is refused: {error}", values.join(", ")), "narrow the range"))
 }
 
-fn column(done: &[(&Job, &Outcome)], figure: fn(&StepMetrics) -> Option<f64>) -> Vec<f64> {
-    done.iter().map(|(_, outcome)| figure(&outcome.metrics).unwrap_or(f64::NAN)).collect()
+fn column(done: &[(&Job, &Outcome)], figure: &Figure) -> Vec<f64> {
+    done.iter().map(|(_, outcome)| (figure.value)(&outcome.metrics).unwrap_or(f64::NAN)).collect()
 }
 
 fn sorted(values: &[f64]) -> Vec<f64> {
@@ -215,14 +223,14 @@ fn sorted(values: &[f64]) -> Vec<f64> {
 
 fn summary(done: &[(&Job, &Outcome)]) -> Table {
     let mut table = Table::new(["figure", "happened", "lowest", "5 %", "median", "95 %", "highest"]);
-    for (name, figure) in FIGURES {
+    for figure in &FIGURES {
         let values = sorted(&column(done, figure));
         let at = |part: f64| match values.len() {
             0 => "–".to_string(),
             count => format!("{:.3}", values[((count - 1) as f64 * part).round() as usize]),
         };
         let share = format!("{:.1} %", 100.0 * values.len() as f64 / done.len().max(1) as f64);
-        table.row([name.to_string(), share, at(0.0), at(0.05), at(0.5), at(0.95), at(1.0)]);
+        table.row([figure.label.to_string(), share, at(0.0), at(0.05), at(0.5), at(0.95), at(1.0)]);
     }
     let safe = done.iter().filter(|(_, outcome)| outcome.state != "run").count();
     if safe > 0 {
@@ -235,7 +243,7 @@ fn summary(done: &[(&Job, &Outcome)]) -> Table {
 
 fn to_csv(keys: &[Key], done: &[(&Job, &Outcome)]) -> String {
     let mut text = String::from("seed");
-    for name in keys.iter().map(Key::name).chain(FIGURES.iter().map(|(name, _)| *name)).chain(["state"]) {
+    for name in keys.iter().map(Key::name).chain(FIGURES.iter().map(|figure| figure.column)).chain(["state"]) {
         text.push(',');
         text.push_str(name);
     }
@@ -246,9 +254,9 @@ fn to_csv(keys: &[Key], done: &[(&Job, &Outcome)]) -> String {
         for value in &job.values {
             let _ = write!(text, ",{value}");
         }
-        for (_, figure) in FIGURES {
+        for figure in &FIGURES {
             text.push(',');
-            if let Some(value) = figure(&outcome.metrics) {
+            if let Some(value) = (figure.value)(&outcome.metrics) {
                 let _ = write!(text, "{value}");
             }
         }
@@ -266,16 +274,25 @@ fn page(arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)], table: T
         arguments.duration,
         arguments.seed
     ));
+    if !arguments.vary.is_empty() {
+        page.text(format!("Varied: {}.", arguments.vary.join("; ")));
+    }
+    if keys.len() > arguments.vary.len() {
+        page.text(format!(
+            "Drawn within the rig file's tolerance: {} nominal values of the plant.",
+            keys.len() - arguments.vary.len()
+        ));
+    }
     page.table(table.caption("A figure that did not happen in a run (not settled, not risen) is left out of its row."));
     page.section("Distributions");
     let mut plots = Vec::new();
-    for (name, figure) in FIGURES {
+    for figure in &FIGURES {
         let values = sorted(&column(done, figure));
         let count = done.len().max(1) as f64;
         let shares = (1..=values.len()).map(|rank| 100.0 * rank as f64 / count).collect();
         if !values.is_empty() {
-            let plot = Plot::new(name.replace('_', " "), name, "runs at or below, %");
-            plots.push(plot.with(Series::curve(name, values, shares)).y_range(0.0, 100.0).height_px(240));
+            let plot = Plot::new(figure.label, figure.label, "runs at or below, %");
+            plots.push(plot.with(Series::curve("runs", values, shares)).y_range(0.0, 100.0).height_px(240));
         }
     }
     page.plots(plots);
@@ -283,11 +300,11 @@ fn page(arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)], table: T
     for (at, key) in keys.iter().enumerate().take(arguments.vary.len()) {
         page.section(format!("Against {}", key.name()));
         let x: Vec<f64> = done.iter().map(|(job, _)| job.values[at]).collect();
-        let happened = |figure: fn(&StepMetrics) -> Option<f64>| column(done, figure).iter().any(|y| y.is_finite());
-        let shown = FIGURES.iter().filter(|(name, figure)| *name != "crossings" && happened(*figure));
-        let plots = shown.map(|(name, figure)| {
-            let plot = Plot::new(name.replace('_', " "), key.name(), *name).height_px(240);
-            plot.with(Series::dots(*name, x.clone(), column(done, *figure)))
+        let happened = |figure: &Figure| column(done, figure).iter().any(|y| y.is_finite());
+        let shown = FIGURES.iter().filter(|figure| figure.column != "crossings" && happened(figure));
+        let plots = shown.map(|figure| {
+            let plot = Plot::new(figure.label, key.name(), figure.label).height_px(240);
+            plot.with(Series::dots("run", x.clone(), column(done, figure)))
         });
         page.plots(plots.collect());
     }
