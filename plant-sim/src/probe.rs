@@ -35,7 +35,7 @@ impl std::error::Error for ProbeError {}
 /// # Errors
 /// This program was built without probes, no probe or several, no such chip, no board, or no telemetry in its memory.
 #[cfg(not(feature = "probe"))]
-pub fn attach(_choice: &Choice<'_>, _elf: &[u8]) -> Result<Box<dyn Read>, ProbeError> {
+pub fn attach(_choice: &Choice<'_>, _elf: &[u8]) -> Result<Box<dyn Read + Send>, ProbeError> {
     Err(ProbeError(
         "--probe: this plant-sim was built without debug probes; build it with \
          `cargo build --release -p plant-sim --features probe`, or pipe the stream in (docs/commissioning.md)"
@@ -49,7 +49,7 @@ pub fn attach(_choice: &Choice<'_>, _elf: &[u8]) -> Result<Box<dyn Read>, ProbeE
 /// # Errors
 /// This program was built without probes, no probe or several, no such chip, no board, or no telemetry in its memory.
 #[cfg(feature = "probe")]
-pub fn attach(choice: &Choice<'_>, elf: &[u8]) -> Result<Box<dyn Read>, ProbeError> {
+pub fn attach(choice: &Choice<'_>, elf: &[u8]) -> Result<Box<dyn Read + Send>, ProbeError> {
     Ok(Box::new(attached::Stream::attach(choice, elf)?))
 }
 

@@ -9,6 +9,8 @@ use std::io::{ErrorKind, Read};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
 
 /// Turn the telemetry of a running board into a log.
 ///
@@ -53,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let elf_name = arguments.elf.display().to_string();
     let elf = std::fs::read(&arguments.elf).map_err(|error| InputError::unreadable(&elf_name, &error))?;
-    let (from, mut input) = open(arguments, &elf)?;
+    let (from, input) = open(arguments, &elf)?;
     let table = format_table(&elf, &elf_name)?;
     let mut decoder = table.new_stream_decoder();
 
@@ -66,21 +68,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let style = ProgressStyle::with_template("{spinner} {msg}");
     view.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
     let mut recorder = Recorder::new();
-    let mut bytes = [0; 4096];
+    let chunks = pump(input);
     let mut first_s = None;
     let mut broken = None;
     while !stop.load(Ordering::Relaxed) {
-        let count = match input.read(&mut bytes) {
-            Ok(0) => break,
-            Ok(count) => count,
-            Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::WouldBlock) => continue,
-            Err(error) => {
+        let bytes = match chunks.recv_timeout(PATIENCE) {
+            Ok(Ok(bytes)) => bytes,
+            Ok(Err(error)) => {
                 broken = Some(error);
                 break;
             }
+            Err(RecvTimeoutError::Timeout) => continue,
+            Err(RecvTimeoutError::Disconnected) => break,
         };
         let mut remarks = Vec::new();
-        decode(decoder.as_mut(), bytes.get(..count).unwrap_or_default(), &mut recorder, &mut remarks);
+        decode(decoder.as_mut(), &bytes, &mut recorder, &mut remarks);
         for remark in remarks {
             view.suspend(|| eprintln!("{}", sentence(&remark)));
         }
@@ -123,8 +125,33 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
 }
 
+/// How long Ctrl-C may take to be noticed while nothing comes.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Reads in a thread of its own: a read that waits for a silent board would not hear Ctrl-C. The channel closes with the
+/// stream.
+fn pump(mut input: Box<dyn Read + Send>) -> Receiver<std::io::Result<Vec<u8>>> {
+    let (sender, receiver) = sync_channel(64);
+    std::thread::spawn(move || {
+        let mut bytes = [0; 4096];
+        loop {
+            let chunk = match input.read(&mut bytes) {
+                Ok(0) => return,
+                Ok(count) => Ok(bytes.get(..count).unwrap_or_default().to_vec()),
+                Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::WouldBlock) => continue,
+                Err(error) => Err(error),
+            };
+            let last = chunk.is_err();
+            if sender.send(chunk).is_err() || last {
+                return;
+            }
+        }
+    });
+    receiver
+}
+
 /// Where the bytes come from, and its name.
-fn open(arguments: &Arguments, elf: &[u8]) -> Result<(String, Box<dyn Read>), CliError> {
+fn open(arguments: &Arguments, elf: &[u8]) -> Result<(String, Box<dyn Read + Send>), CliError> {
     if let Some(selector) = &arguments.probe {
         let choice = Choice { chip: &arguments.chip, selector: selector.as_deref() };
         let stream = probe::attach(&choice, elf).map_err(|error| CliError::Usage(error.to_string()))?;
