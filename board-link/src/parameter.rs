@@ -82,7 +82,7 @@ parameters! {
     PressureLimitHigh = 21: "pressure_limit_high_pa", 9.9e5, -1.0e6 => 8.0e6, "Highest believable pressure, Pa.";
     PositionRate = 22: "position_rate_m_per_s", 3.0, 1.0e-3 => 100.0, "Fastest believable piston, m/s.";
     PositionNoise = 23: "position_noise_m", 1.0e-3, 0.0 => 1.0, "Largest sample difference by noise alone, m.";
-    PressureRate = 24: "pressure_rate_pa_per_s", 5.0e7, 1.0 => 1.0e9, "Fastest believable pressure change, Pa/s.";
+    PressureRate = 24: "pressure_rate_pa_per_s", 2.5e8, 1.0 => 1.0e9, "Fastest believable pressure change, Pa/s.";
     PressureNoise = 25: "pressure_noise_pa", 1.0e4, 0.0 => 1.0e6, "Largest sample difference by noise alone, Pa.";
     GlitchTime = 26: "glitch_time_s", 5.0e-3, 0.0 => 1.0, "How long implausible readings are bridged, s.";
     StuckTime = 27: "stuck_time_s", 15.0e-3, 1.0e-3 => 10.0, "How long a noisy channel may repeat a code, s.";

@@ -255,3 +255,10 @@ fn the_monitors_tolerances_are_parameters_and_wide_ones_let_a_contradiction_pass
     board.run(1000, at_rest);
     assert_eq!(board.snapshot.mode(), Mode::Run);
 }
+
+#[test]
+fn a_new_board_runs_with_the_defaults_that_the_controllers_page_lists() {
+    let board = Settings::default().control_parameters();
+    let listed = control::Parameters { setpoint_range_m: board.setpoint_range_m, ..control::Parameters::default() };
+    assert_eq!(board, listed);
+}
