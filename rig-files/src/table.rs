@@ -47,10 +47,10 @@ impl Table {
     pub fn parse(bytes: Vec<u8>, file: &str, expected: &[Expected]) -> Result<Self, InputError> {
         let text = to_text(bytes, file)?;
         let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
-        let mut record = csv::ByteRecord::new();
+        let mut record = csv::StringRecord::new();
         let bad_csv = |error: csv::Error| InputError::new(file, format!("is not CSV: {error}"), SEPARATOR_REMEDY);
 
-        if !reader.read_byte_record(&mut record).map_err(bad_csv)? {
+        if !reader.read_record(&mut record).map_err(bad_csv)? {
             return Err(InputError::new(file, "has no header row", "name the columns in the first line"));
         }
         let header_line = record.position().map_or(1, csv::Position::line);
@@ -64,7 +64,7 @@ impl Table {
         }
         let mut rows = 0;
         let mut last_t = f64::NEG_INFINITY;
-        while reader.read_byte_record(&mut record).map_err(bad_csv)? {
+        while reader.read_record(&mut record).map_err(bad_csv)? {
             let at_line = |error: InputError| error.at_line(record.position().map_or(0, csv::Position::line));
             if record.len() != width {
                 let problem = format!("has {} fields where the header names {width}", record.len());
@@ -98,15 +98,15 @@ impl Table {
 }
 
 /// Which expected column each field of the header is.
-fn header(record: &csv::ByteRecord, file: &str, line: u64, expected: &[Expected]) -> Result<Vec<usize>, InputError> {
+fn header(record: &csv::StringRecord, file: &str, line: u64, expected: &[Expected]) -> Result<Vec<usize>, InputError> {
     let fail = |problem: String, remedy: String| Err(InputError::new(file, problem, remedy).at_line(line));
     let known = || expected.iter().map(|column| column.name);
-    if record.len() == 1 && record.get(0).is_some_and(|field| field.iter().any(|b| matches!(b, b';' | b'\t'))) {
+    if record.len() == 1 && record.get(0).is_some_and(|field| field.contains([';', '\t'])) {
         return fail("uses `;` or tabs between fields".to_string(), SEPARATOR_REMEDY.to_string());
     }
     let mut places = Vec::with_capacity(record.len());
     for field in record {
-        let name = String::from_utf8_lossy(field.trim_ascii()).into_owned();
+        let name = field.trim_ascii().to_string();
         let Some(place) = known().position(|known| known == name) else {
             if name.parse::<f64>().is_ok() {
                 let remedy = format!("put a header row on top, of: {}", known().collect::<Vec<_>>().join(","));
@@ -132,12 +132,12 @@ fn header(record: &csv::ByteRecord, file: &str, line: u64, expected: &[Expected]
     Ok(places)
 }
 
-fn header_text(record: &csv::ByteRecord) -> String {
-    record.iter().map(|field| shorten(&String::from_utf8_lossy(field.trim_ascii()))).collect::<Vec<_>>().join(",")
+fn header_text(record: &csv::StringRecord) -> String {
+    record.iter().map(|field| shorten(field.trim_ascii())).collect::<Vec<_>>().join(",")
 }
 
 /// A field as a number; NaN for a blank one where blanks are allowed.
-fn number(field: &[u8], column: &Expected) -> Result<f64, (String, String)> {
+fn number(field: &str, column: &Expected) -> Result<f64, (String, String)> {
     let field = field.trim_ascii();
     if field.is_empty() {
         return if column.blanks {
@@ -146,16 +146,15 @@ fn number(field: &[u8], column: &Expected) -> Result<f64, (String, String)> {
             Err(("is blank".to_string(), "give every row a value, or remove the row".to_string()))
         };
     }
-    let text = std::str::from_utf8(field).unwrap_or_default();
-    match text.parse::<f64>() {
+    match field.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => {
             let remedy = if column.blanks { "leave the field blank for a missing sample" } else { "give it a value" };
-            Err((format!("is `{}`, which is not a finite number", shorten(text)), remedy.to_string()))
+            Err((format!("is `{}`, which is not a finite number", shorten(field)), remedy.to_string()))
         }
         Err(_) => {
             let remedy = "write plain numbers such as -1.5e-3, and leave the field blank for a missing sample";
-            Err((format!("is `{}` where a number belongs", shorten(text)), remedy.to_string()))
+            Err((format!("is `{}` where a number belongs", shorten(field)), remedy.to_string()))
         }
     }
 }
