@@ -1,6 +1,7 @@
 //! The diagnosis as a whole: from rig file and log to verdict, causes, gain and advice.
 
 use crate::advice;
+use crate::beyond::{self, Description};
 use crate::balance::{self, Channel, Channels, Innovations};
 use crate::fit::{BUNDLE, Fit, Problem};
 use crate::holdout::{self, Overlay};
@@ -8,7 +9,8 @@ use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::outcome::{Calibration, Cause, Estimate, Gain, Verdict};
 use crate::record::{Available, Quality, Record};
 use crate::search::{self, Found};
-use plant_model::Effect;
+use crate::terms;
+use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile};
 use serde::Serialize;
 
@@ -98,6 +100,8 @@ pub struct Diagnosis {
     pub next_experiment: Option<String>,
     /// Effects that lower the misfit of a balance that stays open: descriptions, not names.
     pub leads: Vec<Cause>,
+    /// What the open balances lack, in closed form, where a few terms outside the catalogue describe it.
+    pub description: Option<Description>,
     /// The balances.
     pub balances: Vec<Balance>,
     /// What the log holds and how good it is.
@@ -149,7 +153,7 @@ pub struct Evidence {
 /// # Errors
 /// If the log allows no judgement at all. Everything less is part of the result.
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
-    plant_model::Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
+    let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     let record = Record::new(log, rig);
     if record.len() < LEAST_SAMPLES || record.stretches.iter().all(|s| s.held_back) {
         return Err(DiagnosisError::TooShort { found: record.len() });
@@ -160,9 +164,10 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     }
     let corrected = hypothesis::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
+    let library = terms::library(&record, &plant, judgeable);
     let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
     let mut problem =
-        Problem { rig, record: &record, stretches: fitted, judgeable, nominal: &corrected, dispersion: [1.0; 4] };
+        Problem { rig, record: &record, stretches: fitted, judgeable, nominal: &corrected, terms: &library, dispersion: [1.0; 4] };
     // A fit can only fail on a rig that cannot be simulated, which was checked above.
     let Some(found) = search::search(&mut problem, &nominal, progress) else {
         return Err(DiagnosisError::NothingToJudge);
@@ -178,7 +183,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let balances = balances(problem, &found, &innovations);
     let open: Channels = Channel::ALL
         .iter()
-        .filter(|c| balances.iter().any(|b| b.channel == name(**c) && !b.closed))
+        .filter(|c| balances.iter().any(|b| b.channel == c.column() && !b.closed))
         .map(|c| c.bit())
         .sum();
 
@@ -186,13 +191,14 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let few = found.best.hypothesis.effects.len() <= MOST_NAMED;
     let most = explains_most(&found, &balances);
     let confirmed = few && most && confirmed_on_hold_out(problem, &found);
+    let shadows = shadows(problem, &found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (index, effect) in found.best.hypothesis.effects.iter().enumerate() {
         let cause = cause(problem, &best, &found, *effect, index);
         // Where a gap stays open, a small share beside it is as likely its shadow.
         let stands = open == 0 || cause.share >= LEAST_SHARE_BESIDE_A_GAP;
-        if hypothesis::channels(*effect) & open == 0 && confirmed && stands {
+        if hypothesis::channels(*effect) & open == 0 && confirmed && stands && !shadows.contains(effect) {
             causes.push(cause);
         } else {
             leads.push(cause);
@@ -209,10 +215,12 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
     causes.sort_by(by_share);
     leads.sort_by(by_share);
-    let gap = open != 0 || !few || !most;
+    // Causes that the part held back does not confirm leave a gap only where there is one without them.
+    let unclosed = balances.iter().any(|b| b.nominal_misfit >= closed_cost(b.channel));
+    let gap = open != 0 || !few || !most || !shadows.is_empty();
     let verdict = match (causes.is_empty(), gap) {
-        (true, false) => Verdict::NoGap,
-        (true, true) => Verdict::Unexplained,
+        (true, false) if !unclosed => Verdict::NoGap,
+        (true, _) => Verdict::Unexplained,
         (false, false) => Verdict::Explained,
         (false, true) => Verdict::PartlyExplained,
     };
@@ -230,6 +238,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         problem.fit(kept.clone(), 6).map(|f| problem.with_errors(f))
     };
     let kept_fit = kept_fit.unwrap_or_else(|| best.clone());
+    let lacking = leads.iter().filter_map(|c| Effect::from_id(&c.id)).map(hypothesis::channels).fold(open, |a, b| a | b);
+    let description = if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) { description(problem, &kept_fit, lacking) } else { None };
     let mut extended_rig = kept_fit.hypothesis.rig(rig, &kept_fit.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
     let (gain, overlay) = match holdout::gain(record, rig, &extended_rig) {
@@ -246,12 +256,13 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     hypotheses.dedup_by(|a, b| a.effects == b.effects && a.fitted == b.fitted);
     Diagnosis {
         verdict,
-        next_experiment: next_experiment(verdict, &causes, judged(problem)),
+        next_experiment: next_experiment(verdict, &causes, problem.judgeable),
         causes,
         calibration: calibration(problem, &kept_fit),
         gain,
         not_identifiable: not_identifiable(problem, &kept_fit),
         leads,
+        description,
         balances,
         log: LogSummary { available: record.available, quality: record.quality.clone() },
         hypotheses,
@@ -260,13 +271,9 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     }
 }
 
-fn name(channel: Channel) -> &'static str {
-    match channel {
-        Channel::PressureA => "p_a_pa",
-        Channel::PressureB => "p_b_pa",
-        Channel::Position => "y_m",
-        Channel::Supply => "p_sup_pa",
-    }
+/// The misfit below which a balance is closed.
+fn closed_cost(column: &str) -> f64 {
+    if column == Channel::Position.column() { CLOSED_COST_OF_FORCE } else { CLOSED_COST_OF_MASS }
 }
 
 fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
@@ -279,16 +286,31 @@ fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]
             let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
             let white = COST_OF_NOISE * (settled / BUNDLE).max(1) as f64;
             let extended_misfit = found.best.channel_cost[index] / white;
-            let limit = if channel == Channel::Position { CLOSED_COST_OF_FORCE } else { CLOSED_COST_OF_MASS };
             Balance {
-                channel: name(channel),
+                channel: channel.column(),
                 nominal_misfit: found.null.channel_cost[index] / white,
                 extended_misfit,
                 remaining_dispersion: dispersion[index],
-                closed: extended_misfit < limit && dispersion[index] < CLOSED_DISPERSION,
+                closed: extended_misfit < closed_cost(channel.column()) && dispersion[index] < CLOSED_DISPERSION,
             }
         })
         .collect()
+}
+
+/// Causes that terms outside the catalogue make needless.
+fn shadows(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
+    let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
+    if touched == 0 {
+        return Vec::new();
+    }
+    let extended = beyond::extend(problem, &found.best, touched);
+    if extended.terms.is_empty() { Vec::new() } else { beyond::shadows(problem, &extended) }
+}
+
+/// What the balances in `lacking` lack beside the fit.
+fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<Description> {
+    let extended = beyond::extend(problem, fit, lacking);
+    (!extended.terms.is_empty()).then(|| beyond::describe(problem, &held_back(problem), fit, extended))
 }
 
 /// Whether the causes take away more misfit from the balances they act on than they leave: a name for the smaller part
@@ -297,7 +319,7 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
     let (mut gained, mut left) = (0.0, 0.0);
     for channel in Channel::ALL.into_iter().filter(|c| touched & c.bit() != 0) {
-        for balance in balances.iter().filter(|b| b.channel == name(channel)) {
+        for balance in balances.iter().filter(|b| b.channel == channel.column()) {
             gained += balance.nominal_misfit - balance.extended_misfit;
             left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
         }
@@ -305,14 +327,19 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     touched == 0 || gained > left
 }
 
+/// The same problem on the part of the log held back.
+fn held_back<'a>(problem: &Problem<'a>) -> Problem<'a> {
+    let stretches = problem.record.stretches.iter().copied().filter(|s| s.held_back).collect();
+    Problem { stretches, ..*problem }
+}
+
 /// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
 fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
-    let stretches: Vec<_> = problem.record.stretches.iter().copied().filter(|s| s.held_back).collect();
-    if stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
+    let held = held_back(problem);
+    if held.stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
         return true;
     }
-    let held = Problem { stretches, dispersion: problem.dispersion, ..*problem };
-    let cost = |fit: &Fit| held.fit(fit.hypothesis.clone(), 0).map(|f| f.cost(&held));
+    let cost = |fit: &Fit| held.judge(fit.hypothesis.clone()).map(|f| f.cost(&held));
     match (cost(&found.null), cost(&found.best)) {
         (Some(null), Some(best)) => best < null,
         _ => false,
@@ -381,7 +408,7 @@ fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> {
             out.push(format!("friction.{key}"));
         }
     }
-    let resolution = motion_resolution(record);
+    let resolution = balance::motion::velocity_error(record);
     if resolution > 0.2 * friction.stribeck_velocity_m_per_s {
         out.push("friction.stribeck_velocity_m_per_s".to_string());
     }
@@ -397,14 +424,6 @@ fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> {
     let visible = search::visible(problem, fit, &able);
     out.extend(Effect::ALL.into_iter().filter(|e| !visible.contains(e)).map(|e| e.id().to_string()));
     out
-}
-
-fn motion_resolution(record: &Record) -> f64 {
-    balance::motion::velocity_error(record)
-}
-
-fn judged(problem: &Problem<'_>) -> Channels {
-    problem.judgeable
 }
 
 fn next_experiment(verdict: Verdict, causes: &[Cause], judged: Channels) -> Option<String> {

@@ -1,8 +1,9 @@
 //! Least squares on innovations: robust loss, tolerances as priors, Levenberg-Marquardt steps.
 
 use crate::balance::{self, Channel, Channels, Innovations};
-use crate::hypothesis::{self, Hypothesis, Parameter};
+use crate::hypothesis::{self, Hypothesis, Parameter, Slot};
 use crate::record::{Record, Stretch};
+use crate::terms::{self, Term};
 use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
 use rig_files::RigFile;
@@ -25,6 +26,14 @@ const SMOOTHLESS: [Effect; 6] = [
     Effect::StaticFriction,
 ];
 
+/// Effects whose cost is rugged: each breakaway that moves to another moment is a step.
+const ROUGH: [Effect; 1] = [Effect::StaticFriction];
+/// First step beside a solution, in plainly visible changes; steps tried; least gain worth a move; rounds.
+const ROUGH_STEP: f64 = 0.4;
+const ROUGH_TRIALS: usize = 5;
+const ROUGH_GAIN: f64 = 1.0;
+const ROUGH_ROUNDS: usize = 2;
+
 /// The data a fit is judged on.
 pub(crate) struct Problem<'a> {
     pub(crate) rig: &'a RigFile,
@@ -33,6 +42,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) judgeable: Channels,
     /// The nominal values that are corrected.
     pub(crate) nominal: &'a [Parameter],
+    /// The library of terms outside the catalogue.
+    pub(crate) terms: &'a [Term],
     /// Divides the cost of each channel: how much more than white noise its innovations vary at best.
     pub(crate) dispersion: [f64; 4],
 }
@@ -54,6 +65,12 @@ impl Fit {
     pub(crate) fn cost(&self, problem: &Problem<'_>) -> f64 {
         let data: f64 = self.channel_cost.iter().zip(problem.dispersion).map(|(c, d)| c / d).sum();
         data + self.prior_cost
+    }
+
+    /// Cost in some channels with the problem's dispersion, tolerances left out.
+    pub(crate) fn cost_in(&self, problem: &Problem<'_>, channels: Channels) -> f64 {
+        let pairs = self.channel_cost.iter().zip(problem.dispersion).enumerate();
+        pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
     }
 }
 
@@ -94,7 +111,9 @@ impl Problem<'_> {
 
     fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
         let plant = hypothesis.plant(self.rig, values)?;
-        Some(bundle(&balance::innovations(self.record, &plant, &self.stretches, wanted & self.judgeable)))
+        let added = terms::sum(self.terms, hypothesis.factors(values));
+        let wanted = wanted & self.judgeable;
+        Some(bundle(&balance::innovations(self.record, &plant, &added, &self.stretches, wanted)))
     }
 
     fn channel_cost(residuals: &Residuals) -> [f64; 4] {
@@ -189,8 +208,55 @@ impl Problem<'_> {
         (matrix, gradient)
     }
 
+    /// Judges a hypothesis as it is.
+    pub(crate) fn judge(&self, hypothesis: Hypothesis) -> Option<Fit> {
+        self.descend(hypothesis, 0)
+    }
+
     /// Fits all parameters of a hypothesis from its values.
-    pub(crate) fn fit(&self, mut hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
+    pub(crate) fn fit(&self, hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
+        let mut fit = self.descend(hypothesis, iterations)?;
+        for _ in 0..ROUGH_ROUNDS {
+            let Some(better) = self.search_rough(&fit) else { break };
+            fit = self.descend(better, iterations)?;
+        }
+        Some(fit)
+    }
+
+    /// Looks beside the solution along parameters whose cost is rugged, where a slope says little about what lies a few
+    /// steps away; `None` if nothing better is there.
+    fn search_rough(&self, fit: &Fit) -> Option<Hypothesis> {
+        let h = &fit.hypothesis;
+        let rough = |p: &Parameter| matches!(p.slot, Slot::Effect(effect, _) if ROUGH.contains(&effect));
+        let mut values = h.values.clone();
+        let mut cost = fit.cost(self);
+        let mut found = false;
+        for (index, parameter) in h.parameters.iter().enumerate().filter(|(_, p)| rough(p)) {
+            let touched = parameter.channels;
+            let in_others = fit.cost_in(self, !touched);
+            let mut step = ROUGH_STEP * parameter.scale;
+            for _ in 0..ROUGH_TRIALS {
+                let trial = |step: f64| {
+                    let mut trial = values.clone();
+                    trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
+                    let residuals = self.evaluate(h, &trial, touched)?;
+                    Some((in_others + self.total(&residuals, h, &trial), trial))
+                };
+                let (up, down) = rayon::join(|| trial(step), || trial(-step));
+                let best = up.into_iter().chain(down).min_by(|a, b| a.0.total_cmp(&b.0));
+                match best {
+                    Some((new, trial)) if new < cost - ROUGH_GAIN => {
+                        (values, cost, found) = (trial, new, true);
+                    }
+                    _ => step /= 3.0,
+                }
+            }
+        }
+        found.then(|| Hypothesis { values, ..h.clone() })
+    }
+
+    /// Levenberg-Marquardt steps from the hypothesis' values.
+    fn descend(&self, mut hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
         let touched = hypothesis.parameters.iter().fold(0, |all, p| all | p.channels);
@@ -291,8 +357,9 @@ impl Problem<'_> {
         fit
     }
 
-    /// What adding each of some candidate effects would gain: exact at its starting values, to first order from there.
-    pub(crate) fn scores(&self, fit: &Fit, candidates: &[(Effect, Vec<f64>)]) -> Vec<f64> {
+    /// What extending a fit to each of some hypotheses would gain: exact at their starting values, to first order from
+    /// there. The candidates hold the fit's parameters first, then those they add.
+    pub(crate) fn scores(&self, fit: &Fit, candidates: &[Hypothesis]) -> Vec<f64> {
         use rayon::prelude::*;
         let values = &fit.hypothesis.values;
         let Some(base) = self.evaluate(&fit.hypothesis, values, self.judgeable) else {
@@ -304,14 +371,13 @@ impl Problem<'_> {
             .collect();
         candidates
             .par_iter()
-            .map(|(effect, start)| {
-                let parameters = self.parameters(*effect);
-                let neutral = parameters.iter().zip(start).all(|(p, v)| p.neutral == *v || *v == 0.0);
-                let touched = parameters.iter().fold(0, |all, p| all | p.channels);
-                let extended = fit.hypothesis.beside(*effect, parameters, start);
+            .map(|extended| {
+                let added = || extended.parameters.iter().zip(&extended.values).skip(values.len());
+                let neutral = added().all(|(p, v)| p.neutral == *v || *v == 0.0);
+                let touched = added().fold(0, |all, (p, _)| all | p.channels);
                 let mut at_start = base.clone();
                 if !neutral {
-                    let Some(moved) = self.evaluate(&extended, &extended.values, touched) else { return 0.0 };
+                    let Some(moved) = self.evaluate(extended, &extended.values, touched) else { return 0.0 };
                     for (to, from) in at_start.channels.iter_mut().zip(moved.channels) {
                         if !from.is_empty() {
                             *to = from;
@@ -321,15 +387,16 @@ impl Problem<'_> {
                 let mut columns = own.clone();
                 for index in values.len()..extended.parameters.len() {
                     // Where a play or a delay has to be overcome first, a small step shows nothing.
-                    let step = if SMOOTHLESS.contains(effect) { 0.2 } else { 0.02 };
-                    columns.push(self.column(&extended, &extended.values, &at_start, index, step).0);
+                    let smoothless = matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
+                    let step = if smoothless { 0.2 } else { 0.02 };
+                    columns.push(self.column(extended, &extended.values, &at_start, index, step).0);
                 }
                 let gain = |residuals: &Residuals, n: usize| {
-                    let (matrix, gradient) = self.normal(&extended, &extended.values, residuals, &columns[..n]);
+                    let (matrix, gradient) = self.normal(extended, &extended.values, residuals, &columns[..n]);
                     let matrix = regularised(&matrix, 1.0e-14);
                     matrix.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)))
                 };
-                let cost = |residuals: &Residuals| self.total(residuals, &extended, &extended.values);
+                let cost = |residuals: &Residuals| self.total(residuals, extended, &extended.values);
                 (cost(&base) - cost(&at_start) + gain(&at_start, columns.len()) - gain(&base, own.len())).max(0.0)
             })
             .collect()
@@ -360,8 +427,10 @@ impl Problem<'_> {
 
     /// Innovations at a fit, for diagnostics and pictures.
     pub(crate) fn innovations(&self, fit: &Fit) -> Option<Innovations> {
-        let plant = fit.hypothesis.plant(self.rig, &fit.hypothesis.values)?;
-        Some(balance::innovations(self.record, &plant, &self.stretches, self.judgeable))
+        let values = &fit.hypothesis.values;
+        let plant = fit.hypothesis.plant(self.rig, values)?;
+        let added = terms::sum(self.terms, fit.hypothesis.factors(values));
+        Some(balance::innovations(self.record, &plant, &added, &self.stretches, self.judgeable))
     }
 
     /// The channels' dispersion at a fit: variance of bundled innovations including their correlation over a block.

@@ -11,6 +11,8 @@ pub(crate) enum Slot {
     Nominal(&'static RigKey),
     /// A parameter of an effect.
     Effect(Effect, usize),
+    /// The factor of a term outside the catalogue, by its place in the library.
+    Term(usize),
 }
 
 /// One fitted parameter.
@@ -87,6 +89,10 @@ const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
     ("cylinder.area_m2", A | B | Y),
     ("friction.stribeck_velocity_m_per_s", Y),
 ];
+
+/// Search step and bound of the factors of terms, whose signals are scaled to about one.
+const TERM_SCALE: f64 = 0.1;
+const LARGEST_TERM: f64 = 20.0;
 
 /// A nominal value this many tolerances off is strained.
 pub(crate) const STRAINED: f64 = 2.5;
@@ -213,6 +219,31 @@ impl Hypothesis {
         out
     }
 
+    /// The same with one more term outside the catalogue, at no strength.
+    pub(crate) fn with_term(&self, index: usize, channels: Channels) -> Self {
+        let mut out = self.clone();
+        out.parameters.push(Parameter {
+            slot: Slot::Term(index),
+            neutral: 0.0,
+            scale: TERM_SCALE,
+            negligible: 0.0,
+            tolerance: None,
+            min: -LARGEST_TERM,
+            max: LARGEST_TERM,
+            channels,
+        });
+        out.values.push(0.0);
+        out
+    }
+
+    /// The factors of its terms by their place in the library.
+    pub(crate) fn factors<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
+        self.parameters.iter().zip(values).filter_map(|(p, value)| match p.slot {
+            Slot::Term(index) => Some((index, *value)),
+            _ => None,
+        })
+    }
+
     /// The same with one more effect at the given values.
     ///
     /// An effect that changes what a nominal value already stands for takes over its correction: the value returns to
@@ -225,7 +256,7 @@ impl Hypothesis {
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
             let twin = match parameter.slot {
                 Slot::Nominal(key) => twins.contains(&key.path),
-                Slot::Effect(..) => false,
+                Slot::Effect(..) | Slot::Term(_) => false,
             };
             if twin {
                 match effect {
@@ -321,6 +352,7 @@ impl Hypothesis {
         let mut slots: Vec<(Effect, [f64; 4])> = Vec::new();
         for (parameter, value) in self.parameters.iter().zip(values) {
             match parameter.slot {
+                Slot::Term(_) => {}
                 Slot::Nominal(key) => key.set(&mut out.rig, *value),
                 Slot::Effect(effect, index) => match slots.iter_mut().find(|(e, _)| *e == effect) {
                     Some((_, slot)) => slot[index] = *value,

@@ -12,6 +12,7 @@
 
 mod advice;
 mod balance;
+mod beyond;
 mod diagnose;
 mod fit;
 mod friction_map;
@@ -24,7 +25,9 @@ mod record;
 mod ripple;
 mod search;
 mod smooth;
+mod terms;
 
+pub use beyond::{Description, MissingTerm};
 pub use diagnose::{Balance, Diagnosis, DiagnosisError, Evidence, Hypothesised, LogSummary, diagnose};
 pub use friction_map::{Finding, FrictionMap, FrictionMapError, FrictionRun, RippleLine, Stage, friction_map};
 pub use holdout::Overlay;

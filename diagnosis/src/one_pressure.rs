@@ -259,6 +259,7 @@ pub fn diagnose_one_pressure(rig: &RigFile, log: &Log) -> Option<(Diagnosis, One
                 .to_string(),
         ),
         leads: Vec::new(),
+        description: None,
         balances: Vec::new(),
         log: LogSummary { available: record.available, quality: record.quality.clone() },
         hypotheses: Vec::new(),

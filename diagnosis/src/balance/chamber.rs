@@ -19,14 +19,23 @@ const SETTLING_S: f64 = 0.1;
 /// Time constant while settling, s.
 const SETTLING_MEMORY_S: f64 = 0.02;
 
+/// What drives the chamber's mass flow, by sample.
+pub(crate) struct Drive<'a> {
+    /// Signed opening of the valve, rad.
+    pub(crate) openings: &'a [f64],
+    /// Supply pressure at the valve, Pa.
+    pub(crate) supply_pa: &'a [f64],
+    /// Mass flow into the chamber beside the model's, kg/s; empty for none.
+    pub(crate) added_kg_per_s: &'a [f64],
+}
+
 /// Prediction errors of the chamber's pressure in units of its noise.
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
     stretches: &[Stretch],
     side: Side,
-    openings: &[f64],
-    supply_pa: &[f64],
+    drive: &Drive<'_>,
 ) -> Vec<f64> {
     let c = plant.coefficients();
     let is_a = side == Side::A;
@@ -77,15 +86,16 @@ pub(crate) fn innovations(
             let next_v = volume(k + 1);
             let middle = 0.5 * (v + next_v);
             p *= polytropic(v / middle, c.exponent);
-            let opening = openings[k];
+            let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
-            let flow = plant.orifices().inflow(fills, opening.abs(), p, supply_pa[k], c.atmosphere_pa);
+            let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
             let mut mass_flow = flow.mass_flow - leak * (p - c.atmosphere_pa);
             let mut by_p = flow.by_chamber - leak;
             if c.leak_cross != 0.0 && !other.value.is_empty() {
                 mass_flow -= c.leak_cross * (p - (other.value[k] - other_offset));
                 by_p -= c.leak_cross;
             }
+            mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
             let factor = energy / middle * dt;
             p += factor * mass_flow / (1.0 - 0.5 * factor * by_p);
             p *= polytropic(middle / next_v, c.exponent);

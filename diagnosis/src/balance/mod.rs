@@ -16,6 +16,7 @@ pub(crate) mod motion;
 pub(crate) mod supply;
 
 use crate::record::{Record, Stretch};
+use crate::terms::Added;
 use plant_model::Plant;
 
 /// The predicted channels.
@@ -32,6 +33,16 @@ impl Channel {
 
     pub(crate) const fn bit(self) -> u8 {
         1 << self as u8
+    }
+
+    /// The column of the log it predicts.
+    pub(crate) const fn column(self) -> &'static str {
+        match self {
+            Self::PressureA => "p_a_pa",
+            Self::PressureB => "p_b_pa",
+            Self::Position => "y_m",
+            Self::Supply => "p_sup_pa",
+        }
     }
 }
 
@@ -69,8 +80,14 @@ pub(crate) fn samples(stretches: &[Stretch]) -> impl Iterator<Item = usize> + '_
     stretches.iter().flat_map(Stretch::range)
 }
 
-/// Runs the wanted balances of a model over some stretches of the log.
-pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, stretches: &[Stretch], wanted: Channels) -> Innovations {
+/// Runs the wanted balances of a model, with some terms added, over some stretches of the log.
+pub(crate) fn innovations(
+    record: &Record,
+    plant: &Plant<f64>,
+    added: &Added,
+    stretches: &[Stretch],
+    wanted: Channels,
+) -> Innovations {
     let mut out = Innovations::default();
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
@@ -78,8 +95,12 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, stretches: &[Stre
         let supply = supply::pressures(record, plant, &openings);
         for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
             if wanted & channel.bit() != 0 {
-                out.channels[channel as usize] =
-                    chamber::innovations(record, plant, stretches, side, &openings, &supply.at_valve);
+                let drive = chamber::Drive {
+                    openings: &openings,
+                    supply_pa: &supply.at_valve,
+                    added_kg_per_s: if side == chamber::Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
+                };
+                out.channels[channel as usize] = chamber::innovations(record, plant, stretches, side, &drive);
             }
         }
         if wanted & Channel::Supply.bit() != 0 {
@@ -87,7 +108,7 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, stretches: &[Stre
         }
     }
     if wanted & Channel::Position.bit() != 0 {
-        out.channels[Channel::Position as usize] = motion::innovations(record, plant, stretches);
+        out.channels[Channel::Position as usize] = motion::innovations(record, plant, &added.force_n, stretches);
     }
     out
 }

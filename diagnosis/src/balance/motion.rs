@@ -8,6 +8,15 @@ const SETTLING_S: f64 = 0.1;
 /// Below this measured speed, in standard errors of the velocity, the piston is taken to be at rest at the start.
 const REST_SIGMAS: f64 = 4.0;
 
+/// A prediction this many standard deviations off while one piston rests and the other moves is given up.
+const MISPREDICTED: f64 = 6.0;
+
+/// Whether one of two velocities means rest and the other motion.
+fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
+    let (slower, faster) = if v.abs() < measured.abs() { (v, measured) } else { (measured, v) };
+    slower.abs() < at_rest && faster.abs() > 2.0 * at_rest
+}
+
 /// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute alike.
 pub(crate) fn bandwidth(record: &Record, plant: &Plant<f64>) -> f64 {
     let c = plant.coefficients();
@@ -19,22 +28,26 @@ pub(crate) fn bandwidth(record: &Record, plant: &Plant<f64>) -> f64 {
 }
 
 /// Prediction errors of the position in units of its noise.
-pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, stretches: &[Stretch]) -> Vec<f64> {
+///
+/// `added_n` is a force beside the model's, by sample, opposing positive motion; empty for none.
+pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], stretches: &[Stretch]) -> Vec<f64> {
     let c = plant.coefficients();
     let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(1.0e-7);
     let omega = bandwidth(record, plant);
+    let at_rest = REST_SIGMAS * velocity_error(record);
+    let driving = |stretch: &Stretch, k: usize| driving(record, plant, added_n, stretch, k);
     let mut out = Vec::new();
     for stretch in stretches {
         let settled = record.t_s[stretch.start] + SETTLING_S;
-        let mut piston = Piston::start(record, plant, stretch, stretch.start);
-        let mut force = driving(record, plant, stretch, stretch.start);
+        let mut piston = Piston::start(record, plant, &driving(stretch, stretch.start), stretch.start);
+        let mut force = driving(stretch, stretch.start);
         for k in stretch.range() {
             if record.at_end[k] {
                 // Follow the measurement until the piston has left the end for good.
                 out.push(f64::NAN);
                 if k + 1 < stretch.end {
-                    piston = Piston::start(record, plant, stretch, k + 1);
-                    force = driving(record, plant, stretch, k + 1);
+                    piston = Piston::start(record, plant, &driving(stretch, k + 1), k + 1);
+                    force = driving(stretch, k + 1);
                 }
                 continue;
             }
@@ -47,7 +60,15 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, stretches: &[Stre
             let w = omega * dt;
             piston.y += error / c.position_scale * (core::f64::consts::SQRT_2 * w).min(0.5);
             piston.v += error / c.position_scale * omega * w;
-            let next = driving(record, plant, stretch, k + 1);
+            let next = driving(stretch, k + 1);
+            let measured_v = record.motion.slope[k] / c.position_scale;
+            if error.abs() * inverse_sigma > MISPREDICTED && at_odds(piston.v, measured_v, at_rest) {
+                // The piston broke away or came to rest at another time than predicted. That has been charged; what
+                // follows is predicted from how it really moves.
+                piston = Piston::start(record, plant, &next, k + 1);
+                force = next;
+                continue;
+            }
             piston.step(plant, &force.middle(&next), dt);
             force = next;
         }
@@ -84,7 +105,7 @@ impl Driving {
 }
 
 /// True pressures as the sensors' model says, and the force they make. A late position is compared with late pressures.
-fn driving(record: &Record, plant: &Plant<f64>, stretch: &Stretch, k: usize) -> Driving {
+fn driving(record: &Record, plant: &Plant<f64>, added_n: &[f64], stretch: &Stretch, k: usize) -> Driving {
     let c = plant.coefficients();
     let (a, b) = (&record.p_a_smooth, &record.p_b_smooth);
     let (mut low, mut part) = (k, 0.0);
@@ -99,7 +120,8 @@ fn driving(record: &Record, plant: &Plant<f64>, stretch: &Stretch, k: usize) -> 
     let p_a_pa = at(&a.value) + lag * at(&a.slope) - c.pressure_a_offset_pa;
     let p_b_pa = at(&b.value) + lag * at(&b.slope) - c.pressure_b_offset_pa;
     let external = if record.available.force { at(&record.f_ext_n) } else { 0.0 };
-    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n + external, p_a_pa, p_b_pa }
+    let added = if added_n.is_empty() { 0.0 } else { at(added_n) };
+    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n - added + external, p_a_pa, p_b_pa }
 }
 
 /// Position, velocity and bristle deflection.
@@ -111,11 +133,10 @@ struct Piston {
 
 impl Piston {
     /// The state at a sample to start from: moving pistons have their bristles fully bent, resting ones hold the force.
-    fn start(record: &Record, plant: &Plant<f64>, stretch: &Stretch, k: usize) -> Self {
+    fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
         let c = plant.coefficients();
         let v = record.motion.slope[k] / c.position_scale;
         let y = record.motion.value[k] / c.position_scale;
-        let drive = driving(record, plant, stretch, k);
         let state = State { y_m: y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
         let limit = plant.friction_level(&state).force_n / c.stiffness;
         let doubtful = REST_SIGMAS * velocity_error(record);
