@@ -107,11 +107,7 @@ pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, ex
         std_error: fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)].max(0.0).sqrt()),
     });
     let touched = terms.iter().fold(0, |all, index| all | problem.terms[*index].channels);
-    let on_held = |hypothesis: &Hypothesis| {
-        held.judge(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, touched))
-    };
-    Description {
-        terms: missing.collect(),
-        holdout_share: 1.0 - on_held(&fit.hypothesis) / on_held(&from.hypothesis),
-    }
+    let on_held =
+        |hypothesis: &Hypothesis| held.judge(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, touched));
+    Description { terms: missing.collect(), holdout_share: 1.0 - on_held(&fit.hypothesis) / on_held(&from.hypothesis) }
 }

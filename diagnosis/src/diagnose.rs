@@ -1,8 +1,8 @@
 //! The diagnosis as a whole: from rig file and log to verdict, causes, gain and advice.
 
 use crate::advice;
-use crate::beyond::{self, Description};
 use crate::balance::{self, Channel, Channels, Innovations};
+use crate::beyond::{self, Description};
 use crate::fit::{BUNDLE, Fit, Problem};
 use crate::holdout::{self, Overlay};
 use crate::hypothesis::{self, Hypothesis, Slot};
@@ -166,8 +166,15 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let nominal = Hypothesis::null(&corrected);
     let library = terms::library(&record, &plant, judgeable);
     let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
-    let mut problem =
-        Problem { rig, record: &record, stretches: fitted, judgeable, nominal: &corrected, terms: &library, dispersion: [1.0; 4] };
+    let mut problem = Problem {
+        rig,
+        record: &record,
+        stretches: fitted,
+        judgeable,
+        nominal: &corrected,
+        terms: &library,
+        dispersion: [1.0; 4],
+    };
     // A fit can only fail on a rig that cannot be simulated, which was checked above.
     let Some(found) = search::search(&mut problem, &nominal, progress) else {
         return Err(DiagnosisError::NothingToJudge);
@@ -238,8 +245,13 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         problem.fit(kept.clone(), 6).map(|f| problem.with_errors(f))
     };
     let kept_fit = kept_fit.unwrap_or_else(|| best.clone());
-    let lacking = leads.iter().filter_map(|c| Effect::from_id(&c.id)).map(hypothesis::channels).fold(open, |a, b| a | b);
-    let description = if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) { description(problem, &kept_fit, lacking) } else { None };
+    let lacking =
+        leads.iter().filter_map(|c| Effect::from_id(&c.id)).map(hypothesis::channels).fold(open, |a, b| a | b);
+    let description = if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+        description(problem, &kept_fit, lacking)
+    } else {
+        None
+    };
     let mut extended_rig = kept_fit.hypothesis.rig(rig, &kept_fit.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
     let (gain, overlay) = match holdout::gain(record, rig, &extended_rig) {
@@ -354,13 +366,11 @@ fn cause(problem: &Problem<'_>, best: &Fit, found: &Found, effect: Effect, index
         if let Slot::Effect(e, k) = parameter.slot
             && e == effect
         {
+            let value = best.hypothesis.values[place];
             let variance = best.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
-            let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { f64::NAN };
-            parameters.push(Estimate {
-                name: info.parameters[k].name.to_string(),
-                value: best.hypothesis.values[place],
-                std_error,
-            });
+            let inherited = value * hypothesis::inherited(effect, problem.nominal);
+            let std_error = if variance.is_finite() { variance.max(0.0).sqrt().hypot(inherited) } else { f64::NAN };
+            parameters.push(Estimate { name: info.parameters[k].name.to_string(), value, std_error });
         }
     }
     let loss = found.losses.get(index).copied().unwrap_or(0.0);

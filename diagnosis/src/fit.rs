@@ -26,13 +26,8 @@ const SMOOTHLESS: [Effect; 6] = [
     Effect::StaticFriction,
 ];
 
-/// Effects whose cost is rugged: each breakaway that moves to another moment is a step.
-const ROUGH: [Effect; 1] = [Effect::StaticFriction];
-/// First step beside a solution, in plainly visible changes; steps tried; least gain worth a move; rounds.
-const ROUGH_STEP: f64 = 0.4;
-const ROUGH_TRIALS: usize = 5;
-const ROUGH_GAIN: f64 = 1.0;
-const ROUGH_ROUNDS: usize = 2;
+/// Rounds of searching beside a solution on rugged ground.
+const RUGGED_ROUNDS: usize = 2;
 
 /// The data a fit is judged on.
 pub(crate) struct Problem<'a> {
@@ -76,8 +71,8 @@ impl Fit {
 
 /// Bundled innovations of one evaluation, with the channel offsets.
 #[derive(Clone, Default)]
-struct Residuals {
-    channels: [Vec<f64>; 4],
+pub(crate) struct Residuals {
+    pub(crate) channels: [Vec<f64>; 4],
 }
 
 fn bundle(innovations: &Innovations) -> Residuals {
@@ -98,7 +93,7 @@ fn loss(e: f64) -> f64 {
     ROBUST_KNEE * ROBUST_KNEE * ((1.0 + x * x).sqrt() - 1.0)
 }
 
-fn weight(e: f64) -> f64 {
+pub(crate) fn weight(e: f64) -> f64 {
     let x = e / ROBUST_KNEE;
     1.0 / (1.0 + x * x).sqrt()
 }
@@ -106,10 +101,10 @@ fn weight(e: f64) -> f64 {
 impl Problem<'_> {
     /// The parameters of an effect on this rig.
     pub(crate) fn parameters(&self, effect: Effect) -> Vec<Parameter> {
-        hypothesis::effect_parameters(self.rig, effect, self.judgeable, self.record.quality.interval_s)
+        hypothesis::effect_parameters(self.rig, effect, self.judgeable, &self.record.quality)
     }
 
-    fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
+    pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = terms::sum(self.terms, hypothesis.factors(values));
         let wanted = wanted & self.judgeable;
@@ -124,13 +119,13 @@ impl Problem<'_> {
         cost
     }
 
-    fn total(&self, residuals: &Residuals, hypothesis: &Hypothesis, values: &[f64]) -> f64 {
+    pub(crate) fn total(&self, residuals: &Residuals, hypothesis: &Hypothesis, values: &[f64]) -> f64 {
         let cost = Self::channel_cost(residuals);
         cost.iter().zip(self.dispersion).map(|(c, d)| c / d).sum::<f64>() + prior(hypothesis, values)
     }
 
     /// Residual derivatives of one parameter by a one-sided difference, over the channels it acts on.
-    fn column(
+    pub(crate) fn column(
         &self,
         hypothesis: &Hypothesis,
         values: &[f64],
@@ -163,7 +158,7 @@ impl Problem<'_> {
     }
 
     /// Gradient and normal matrix in units of the parameters' scales.
-    fn normal(
+    pub(crate) fn normal(
         &self,
         hypothesis: &Hypothesis,
         values: &[f64],
@@ -216,43 +211,11 @@ impl Problem<'_> {
     /// Fits all parameters of a hypothesis from its values.
     pub(crate) fn fit(&self, hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
         let mut fit = self.descend(hypothesis, iterations)?;
-        for _ in 0..ROUGH_ROUNDS {
-            let Some(better) = self.search_rough(&fit) else { break };
+        for _ in 0..RUGGED_ROUNDS {
+            let Some(better) = self.beside(&fit) else { break };
             fit = self.descend(better, iterations)?;
         }
         Some(fit)
-    }
-
-    /// Looks beside the solution along parameters whose cost is rugged, where a slope says little about what lies a few
-    /// steps away; `None` if nothing better is there.
-    fn search_rough(&self, fit: &Fit) -> Option<Hypothesis> {
-        let h = &fit.hypothesis;
-        let rough = |p: &Parameter| matches!(p.slot, Slot::Effect(effect, _) if ROUGH.contains(&effect));
-        let mut values = h.values.clone();
-        let mut cost = fit.cost(self);
-        let mut found = false;
-        for (index, parameter) in h.parameters.iter().enumerate().filter(|(_, p)| rough(p)) {
-            let touched = parameter.channels;
-            let in_others = fit.cost_in(self, !touched);
-            let mut step = ROUGH_STEP * parameter.scale;
-            for _ in 0..ROUGH_TRIALS {
-                let trial = |step: f64| {
-                    let mut trial = values.clone();
-                    trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
-                    let residuals = self.evaluate(h, &trial, touched)?;
-                    Some((in_others + self.total(&residuals, h, &trial), trial))
-                };
-                let (up, down) = rayon::join(|| trial(step), || trial(-step));
-                let best = up.into_iter().chain(down).min_by(|a, b| a.0.total_cmp(&b.0));
-                match best {
-                    Some((new, trial)) if new < cost - ROUGH_GAIN => {
-                        (values, cost, found) = (trial, new, true);
-                    }
-                    _ => step /= 3.0,
-                }
-            }
-        }
-        found.then(|| Hypothesis { values, ..h.clone() })
     }
 
     /// Levenberg-Marquardt steps from the hypothesis' values.
@@ -271,7 +234,8 @@ impl Problem<'_> {
                 (0..values.len()).map(|index| self.column(&hypothesis, &values, &residuals, index, 0.02).0).collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &columns);
             for _ in 0..7 {
-                let Some(step) = solve(&matrix, &gradient, damping) else { break 'iterations };
+                let held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
+                let Some(step) = solve(&matrix, &gradient, &held, damping) else { break 'iterations };
                 let trial = limited(&hypothesis.parameters, &values, &step);
                 let evaluated = self.evaluate(&hypothesis, &trial, touched).map(|mut new| {
                     for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
@@ -307,56 +271,6 @@ impl Problem<'_> {
         Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
     }
 
-    /// Adds standard errors to a fit: the inverse normal matrix with the errors' own correlation in time.
-    pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
-        let hypothesis = &fit.hypothesis;
-        let values = hypothesis.values.clone();
-        let Some(residuals) = self.evaluate(hypothesis, &values, self.judgeable) else { return fit };
-        let columns: Vec<Residuals> =
-            (0..values.len()).map(|index| self.column(hypothesis, &values, &residuals, index, 0.02).0).collect();
-        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &columns);
-        let n = columns.len();
-        // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
-        let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;
-        let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
-        let mut meat = DMatrix::<f64>::zeros(n, n);
-        for block in 0..length.div_ceil(per_block.max(1)) {
-            let mut score = DVector::<f64>::zeros(n);
-            for channel in 0..4 {
-                let e = &residuals.channels[channel];
-                let range = block * per_block..((block + 1) * per_block).min(e.len());
-                for (i, column) in columns.iter().enumerate() {
-                    let a = &column.channels[channel];
-                    if a.is_empty() || range.start >= range.end {
-                        continue;
-                    }
-                    let sum: f64 = range.clone().map(|k| a[k] * weight(e[k]) * e[k]).sum();
-                    score[i] += sum / self.dispersion[channel];
-                }
-            }
-            meat += &score * score.transpose();
-        }
-        for i in 0..n {
-            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
-                meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
-            }
-        }
-        if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
-            let mut covariance = &inverse * meat * &inverse;
-            for i in 0..n {
-                // Never below what white noise alone would give.
-                covariance[(i, i)] = covariance[(i, i)].max(inverse[(i, i)]);
-            }
-            for i in 0..n {
-                for j in 0..n {
-                    covariance[(i, j)] *= hypothesis.parameters[i].scale * hypothesis.parameters[j].scale;
-                }
-            }
-            fit.covariance = Some(covariance);
-        }
-        fit
-    }
-
     /// What extending a fit to each of some hypotheses would gain: exact at their starting values, to first order from
     /// there. The candidates hold the fit's parameters first, then those they add.
     pub(crate) fn scores(&self, fit: &Fit, candidates: &[Hypothesis]) -> Vec<f64> {
@@ -387,7 +301,8 @@ impl Problem<'_> {
                 let mut columns = own.clone();
                 for index in values.len()..extended.parameters.len() {
                     // Where a play or a delay has to be overcome first, a small step shows nothing.
-                    let smoothless = matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
+                    let smoothless =
+                        matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
                     let step = if smoothless { 0.2 } else { 0.02 };
                     columns.push(self.column(extended, &extended.values, &at_start, index, step).0);
                 }
@@ -469,7 +384,7 @@ fn prior(hypothesis: &Hypothesis, values: &[f64]) -> f64 {
         .sum()
 }
 
-fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
+pub(crate) fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
     let mut out = matrix.clone();
     let largest = (0..out.nrows()).map(|i| out[(i, i)]).fold(0.0, f64::max);
     for i in 0..out.nrows() {
@@ -478,12 +393,28 @@ fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
     out
 }
 
-fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
-    let mut damped = matrix.clone();
+/// Parameters at a bound beyond which the cost would fall.
+fn held_at_bounds(parameters: &[Parameter], values: &[f64], gradient: &DVector<f64>) -> Vec<usize> {
+    let at_bound = |i: usize| {
+        let (p, value) = (&parameters[i], values[i]);
+        (value <= p.min && gradient[i] > 0.0) || (value >= p.max && gradient[i] < 0.0)
+    };
+    (0..values.len()).filter(|i| at_bound(*i)).collect()
+}
+
+/// A damped Gauss-Newton step that leaves the parameters in `held` where they are.
+fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, held: &[usize], damping: f64) -> Option<DVector<f64>> {
+    let (mut damped, mut gradient) = (matrix.clone(), gradient.clone());
+    for &i in held {
+        damped.row_mut(i).fill(0.0);
+        damped.column_mut(i).fill(0.0);
+        damped[(i, i)] = 1.0;
+        gradient[i] = 0.0;
+    }
     for i in 0..damped.nrows() {
         damped[(i, i)] += damping * matrix[(i, i)] + 1.0e-10;
     }
-    damped.cholesky().map(|c| -c.solve(gradient))
+    damped.cholesky().map(|c| -c.solve(&gradient))
 }
 
 /// The values after a step given in scales, kept within bounds.

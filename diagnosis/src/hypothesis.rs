@@ -1,6 +1,7 @@
 //! A hypothesis: a set of effects on top of nominal values that are known within their tolerance.
 
 use crate::balance::{Channel, Channels};
+use crate::record::Quality;
 use plant_model::{Effect, Effects, Plant};
 use rig_files::{RIG_KEYS, RigFile, RigKey};
 
@@ -97,6 +98,10 @@ const LARGEST_TERM: f64 = 20.0;
 /// A nominal value this many tolerances off is strained.
 pub(crate) const STRAINED: f64 = 2.5;
 
+/// A nominal value is corrected by this many tolerances at most: what lies farther off is a cause, and a fit that may
+/// go there loses its way.
+const FARTHEST: f64 = 4.0;
+
 /// The nominal values an effect stands in for.
 fn twins(effect: Effect) -> &'static [&'static str] {
     match effect {
@@ -109,6 +114,16 @@ fn twins(effect: Effect) -> &'static [&'static str] {
         Effect::DeadVolume => &["cylinder.volume_a0_m3", "cylinder.volume_b0_m3"],
         _ => &[],
     }
+}
+
+/// Relative standard error that the value of an effect takes over from the nominal value it multiplies: only their
+/// product shows.
+pub(crate) fn inherited(effect: Effect, nominal: &[Parameter]) -> f64 {
+    if !matches!(effect, Effect::FillCoefficient | Effect::ExhaustCoefficient | Effect::CoulombFriction) {
+        return 0.0;
+    }
+    let of_twin = |p: &&Parameter| matches!(p.slot, Slot::Nominal(key) if twins(effect).contains(&key.path));
+    nominal.iter().find(of_twin).and_then(|p| Some(p.tolerance? / p.neutral.abs())).unwrap_or(0.0)
 }
 
 /// The nominal values to correct on this rig.
@@ -133,8 +148,8 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
                 scale: tolerance.max(1.0e-4 * nominal.abs()),
                 negligible: 0.0,
                 tolerance: Some(tolerance),
-                min: 0.3 * nominal,
-                max: 3.0 * nominal,
+                min: (nominal - FARTHEST * tolerance).max(0.3 * nominal),
+                max: (nominal + FARTHEST * tolerance).min(3.0 * nominal),
                 channels: channels & judgeable,
             });
         }
@@ -145,8 +160,16 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
 /// An effect whose parameters all lie within this part of a plainly visible change is no cause.
 const NEGLIGIBLE: f64 = 0.04;
 
-/// The parameters of an effect on this rig, for a log with this sampling interval.
-pub(crate) fn effect_parameters(rig: &RigFile, effect: Effect, judgeable: Channels, interval_s: f64) -> Vec<Parameter> {
+/// Breakaway forces are told apart from this many standard deviations of the measured pressure force on.
+const BREAKAWAY_SIGMAS: f64 = 3.0;
+
+/// The parameters of an effect on this rig, for a log of this quality.
+pub(crate) fn effect_parameters(
+    rig: &RigFile,
+    effect: Effect,
+    judgeable: Channels,
+    quality: &Quality,
+) -> Vec<Parameter> {
     // A rig file may state an effect already; then that is where the hypothesis starts.
     let mut neutral = effect.neutral(&rig.rig);
     for (to, from) in neutral.iter_mut().zip(rig.effects.get(effect).unwrap_or_default()) {
@@ -179,11 +202,16 @@ pub(crate) fn effect_parameters(rig: &RigFile, effect: Effect, judgeable: Channe
                 negligible: match effect {
                     // A choked valve is another law, not more or less of the nominal one.
                     Effect::ChokedFlow => 0.0,
+                    // A resting piston breaks away at the first noise that takes the force over its limit.
+                    Effect::StaticFriction => {
+                        let noise = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation);
+                        (BREAKAWAY_SIGMAS * rig.rig.cylinder.area_m2 * noise).max(NEGLIGIBLE * scale)
+                    }
                     // A faint ripple of some wavelength is found in any noise.
                     Effect::FrictionPosition if index == 1 => 0.03,
                     // Within a sampling interval, delays and lags are a matter of how the logger takes its samples.
                     _ if parameter.name.ends_with("_s") && effect != Effect::SupplyDroop => {
-                        interval_s.max(NEGLIGIBLE * scale)
+                        quality.interval_s.max(NEGLIGIBLE * scale)
                     }
                     _ => NEGLIGIBLE * scale,
                 },
@@ -336,14 +364,28 @@ impl Hypothesis {
         strained.fold(0, |all, (p, _)| all | p.channels)
     }
 
-    /// Values of one effect.
+    /// Values of one effect; zero for parameters left out.
     pub(crate) fn values_of(&self, effect: Effect) -> Vec<f64> {
-        self.parameters
-            .iter()
-            .zip(&self.values)
-            .filter(|(p, _)| matches!(p.slot, Slot::Effect(e, _) if e == effect))
-            .map(|(_, v)| *v)
-            .collect()
+        let mut out = vec![0.0; effect.parameter_count()];
+        for (parameter, value) in self.parameters.iter().zip(&self.values) {
+            match parameter.slot {
+                Slot::Effect(e, index) if e == effect => out[index] = *value,
+                _ => {}
+            }
+        }
+        out
+    }
+
+    /// The same with only some parameters of an effect; the others stay zero, where they must be neutral.
+    pub(crate) fn only(&self, effect: Effect, kept: &[usize]) -> Self {
+        let mut out = Self { effects: self.effects.clone(), ..Self::default() };
+        for (parameter, value) in self.parameters.iter().zip(&self.values) {
+            if !matches!(parameter.slot, Slot::Effect(e, index) if e == effect && !kept.contains(&index)) {
+                out.parameters.push(*parameter);
+                out.values.push(*value);
+            }
+        }
+        out
     }
 
     /// The rig file the parameter vector describes: nominal values corrected, effects added to those it had.

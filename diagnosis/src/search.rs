@@ -115,7 +115,15 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
         }
         // Where the piston sticks at other places than predicted, and where hardly any sample lies in the dead zone as
         // stated, a small change shows nothing: a large one is tried as well.
-        Effect::StaticFriction => vec![neutral.clone(), vec![1.5 * neutral[0]], vec![2.2 * neutral[0]]],
+        Effect::StaticFriction => [1.0, 1.5, 2.2].map(|factor| vec![factor * neutral[0]]).to_vec(),
+        Effect::CoulombFriction | Effect::ViscousFriction => {
+            [1.0, 1.5, 0.7].map(|factor| vec![factor * neutral[0]]).to_vec()
+        }
+        Effect::FrictionPressure | Effect::ConstantForce | Effect::FrictionAsymmetry => {
+            let scale = problem.parameters(effect)[0].scale;
+            let least = problem.parameters(effect)[0].min;
+            [0.0, 1.0, -1.0].map(|factor| vec![(neutral[0] + factor * scale).max(least)]).to_vec()
+        }
         Effect::ValveDeadZone => {
             let [right, left] = [neutral[0], neutral[1]];
             let moved = [[0.2, -0.2], [0.2, 0.0], [0.0, -0.2], [0.2, 0.2], [-0.2, -0.2]];
@@ -275,10 +283,27 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     // What no hypothesis explains makes every gain less certain.
     problem.dispersion = problem.dispersion_at(&current);
     let mut best = prune(problem, current);
-    best = exchange(problem, best, &mut tried);
+    best = slim(problem, exchange(problem, best, &mut tried));
     progress("ties");
     let (ties, losses) = ties(problem, &best, &mut tried);
     Some(Found { null, best, ties, losses, tried })
+}
+
+/// Leaves out the half of position-dependent friction that the log does not ask for: a slope along the stroke and a
+/// ripple of a long wavelength are nearly the same.
+fn slim(problem: &Problem<'_>, best: Fit) -> Fit {
+    const EFFECT: Effect = Effect::FrictionPosition;
+    if !best.hypothesis.effects.contains(&EFFECT) {
+        return best;
+    }
+    let halves: [&[usize]; 2] = [&[0], &[1, 2]];
+    let charged = |fit: &Fit| fit.cost(problem) + PER_PARAMETER * fit.hypothesis.parameters.len() as f64;
+    let fits = halves.into_iter().filter_map(|kept| problem.fit(best.hypothesis.only(EFFECT, kept), ITERATIONS));
+    let least = fits.filter(|fit| !negligible(fit, EFFECT)).min_by(|a, b| charged(a).total_cmp(&charged(b)));
+    match least {
+        Some(fit) if charged(&fit) <= charged(&best) => fit,
+        _ => best,
+    }
 }
 
 /// Replaces causes one at a time by better ones, as long as that helps.

@@ -118,19 +118,15 @@ fn forces(record: &Record, plant: &Plant<f64>, out: &mut Vec<Term>) {
     add("friction that grows towards both ends", format!("({half})² sign(v)"), &|x| x.direction * x.y * x.y);
     add("viscous drag that changes along the stroke", format!("({speed}) ({half})"), &|x| x.v * x.y);
     add("friction that changes during the recording", "t' sign(v), t' from -1 to 1".into(), &|x| x.direction * x.t);
-    add(
-        "friction that settles during the recording",
-        "exp(-2 (1 + t')) sign(v), t' from -1 to 1".into(),
-        &|x| x.direction * (-2.0 * (1.0 + x.t)).exp(),
-    );
+    add("friction that settles during the recording", "exp(-2 (1 + t')) sign(v), t' from -1 to 1".into(), &|x| {
+        x.direction * (-2.0 * (1.0 + x.t)).exp()
+    });
     add("a force that drifts during the recording", "t', from -1 to 1".into(), &|x| x.t);
     add("friction around standstill", "exp(-(v/v_slow)²) sign(v)".into(), &|x| x.direction * x.slow);
     add("a share of the pressure force that is missing", "(p_a - p_b)/p_gauge".into(), &|x| x.difference);
-    add(
-        "friction that grows with the pressure difference",
-        "|p_a - p_b|/p_gauge sign(v)".into(),
-        &|x| x.direction * x.difference.abs(),
-    );
+    add("friction that grows with the pressure difference", "|p_a - p_b|/p_gauge sign(v)".into(), &|x| {
+        x.direction * x.difference.abs()
+    });
 }
 
 fn flows(record: &Record, plant: &Plant<f64>, chambers: Channels, out: &mut Vec<Term>) {
@@ -182,16 +178,23 @@ fn flows(record: &Record, plant: &Plant<f64>, chambers: Channels, out: &mut Vec<
         let [q, drop] = flow(is_a, k);
         q * drop / gauge
     });
-    add("flow that changes during the recording", "c · q · t', t' from -1 to 1", both, &|is_a, k| flow(is_a, k)[0] * t(k));
+    add("flow that changes during the recording", "c · q · t', t' from -1 to 1", both, &|is_a, k| {
+        flow(is_a, k)[0] * t(k)
+    });
     add("flow that differs between the two directions of the valve", "c · q · sign(u)", both, &|is_a, k| {
         flow(is_a, k)[0] * openings[k].signum()
     });
     for (chamber, side) in [(Channel::PressureA, 1.0), (Channel::PressureB, -1.0)] {
         // Exhaust is throttled where the chamber is small.
-        add("exhaust that is throttled near the end of the stroke", "c · q_exhaust · ((1 - y')/2)³, y' from -1 at this chamber's end to 1", chamber.bit(), &|is_a, k| {
-            let [q, _] = flow(is_a, k);
-            if q < 0.0 { q * (0.5 * (1.0 - side * y(k))).powi(3) } else { 0.0 }
-        });
+        add(
+            "exhaust that is throttled near the end of the stroke",
+            "c · q_exhaust · ((1 - y')/2)³, y' from -1 at this chamber's end to 1",
+            chamber.bit(),
+            &|is_a, k| {
+                let [q, _] = flow(is_a, k);
+                if q < 0.0 { q * (0.5 * (1.0 - side * y(k))).powi(3) } else { 0.0 }
+            },
+        );
     }
     add("a volume that changes otherwise than the measured position says", "c · p A v/(R T)", both, &swept);
     add("a position reading that bows along the stroke", "c · p A v cos(pi y/(L/2))/(R T)", both, &|is_a, k| {

@@ -98,7 +98,11 @@ pub(crate) fn innovations(
                 let drive = chamber::Drive {
                     openings: &openings,
                     supply_pa: &supply.at_valve,
-                    added_kg_per_s: if side == chamber::Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
+                    added_kg_per_s: if side == chamber::Side::A {
+                        &added.flow_a_kg_per_s
+                    } else {
+                        &added.flow_b_kg_per_s
+                    },
                 };
                 out.channels[channel as usize] = chamber::innovations(record, plant, stretches, side, &drive);
             }

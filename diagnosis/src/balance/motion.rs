@@ -41,6 +41,8 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], 
         let settled = record.t_s[stretch.start] + SETTLING_S;
         let mut piston = Piston::start(record, plant, &driving(stretch, stretch.start), stretch.start);
         let mut force = driving(stretch, stretch.start);
+        // After breaking away before the real one did, the piston waits for it.
+        let mut waits = false;
         for k in stretch.range() {
             if record.at_end[k] {
                 // Follow the measurement until the piston has left the end for good.
@@ -59,13 +61,25 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], 
             let dt = record.interval_s(k);
             let w = omega * dt;
             piston.y += error / c.position_scale * (core::f64::consts::SQRT_2 * w).min(0.5);
-            piston.v += error / c.position_scale * omega * w;
-            let next = driving(stretch, k + 1);
             let measured_v = record.motion.slope[k] / c.position_scale;
+            if waits {
+                force = driving(stretch, k + 1);
+                waits = measured_v.abs() < 2.0 * at_rest;
+                if !waits {
+                    piston = Piston::start(record, plant, &force, k + 1);
+                }
+                continue;
+            }
+            // Kicks of noise would shake resting bristles loose before their time.
+            if piston.v.abs() > at_rest || measured_v.abs() > at_rest {
+                piston.v += error / c.position_scale * omega * w;
+            }
+            let next = driving(stretch, k + 1);
             if error.abs() * inverse_sigma > MISPREDICTED && at_odds(piston.v, measured_v, at_rest) {
-                // The piston broke away or came to rest at another time than predicted. That has been charged; what
-                // follows is predicted from how it really moves.
+                // The piston broke away or came to rest at another time than predicted. That has been charged, and is
+                // charged once; what follows is predicted from how it really moves.
                 piston = Piston::start(record, plant, &next, k + 1);
+                waits = measured_v.abs() < at_rest;
                 force = next;
                 continue;
             }
