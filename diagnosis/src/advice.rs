@@ -2,8 +2,9 @@
 
 use plant_model::Effect;
 
-/// One sentence that names the quantity a technician can check.
-pub(crate) fn evidence(effect: Effect, values: &[f64], growth_percent: f64) -> String {
+/// One sentence that names the quantity a technician can check; `growth` is by what part of itself the misfit grows
+/// without the effect.
+pub(crate) fn evidence(effect: Effect, values: &[f64], growth: f64) -> String {
     let v = |k: usize| values.get(k).copied().unwrap_or(0.0);
     let finding = match effect {
         Effect::ValveDeadZone => format!(
@@ -84,7 +85,12 @@ pub(crate) fn evidence(effect: Effect, values: &[f64], growth_percent: f64) -> S
         Effect::PressureLag => format!("Both pressure sensors follow with a lag of {:.1} ms", v(0) * 1e3),
         Effect::PositionDelay => format!("The position signal comes {:.1} ms after the pressures", v(0) * 1e3),
     };
-    format!("{finding}; without it the misfit of the fitted part of the log grows by {growth_percent:.0} %.")
+    let grows = if growth < 1.0 {
+        format!("grows by {:.1} %", 100.0 * growth)
+    } else {
+        format!("is {:.1} times as large", 1.0 + growth)
+    };
+    format!("{finding}; without it the misfit of the fitted part of the log {grows}.")
 }
 
 /// The recording that would tell two effects apart, or make an effect visible.

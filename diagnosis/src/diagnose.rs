@@ -263,7 +263,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         .iter()
         .map(|t| Hypothesised { effects: t.effects.iter().map(|e| e.id()).collect(), cost: t.cost, fitted: t.fitted })
         .collect();
-    hypotheses.push(Hypothesised { effects: vec![], cost: found.null.cost(problem), fitted: true });
+    hypotheses.push(Hypothesised { effects: vec![], cost: found.null.undispersed(), fitted: true });
     hypotheses.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     hypotheses.dedup_by(|a, b| a.effects == b.effects && a.fitted == b.fitted);
     Diagnosis {
@@ -380,7 +380,7 @@ fn cause(problem: &Problem<'_>, best: &Fit, found: &Found, effect: Effect, index
         id: effect.id().to_string(),
         parameters,
         ties: found.ties.get(index).map(|t| t.iter().map(|e| e.id().to_string()).collect()).unwrap_or_default(),
-        evidence: advice::evidence(effect, &values, 100.0 * loss / cost),
+        evidence: advice::evidence(effect, &values, loss / cost),
         share: (loss / gap).clamp(0.0, 1.0),
     }
 }

@@ -26,6 +26,8 @@ const SMOOTHLESS: [Effect; 6] = [
     Effect::StaticFriction,
 ];
 
+/// A step that gains less ends a fit: far below what any comparison asks for.
+const CONVERGED: f64 = 0.1;
 /// Rounds of searching beside a solution on rugged ground.
 const RUGGED_ROUNDS: usize = 2;
 
@@ -60,6 +62,11 @@ impl Fit {
     pub(crate) fn cost(&self, problem: &Problem<'_>) -> f64 {
         let data: f64 = self.channel_cost.iter().zip(problem.dispersion).map(|(c, d)| c / d).sum();
         data + self.prior_cost
+    }
+
+    /// Total cost with white noise in every channel.
+    pub(crate) fn undispersed(&self) -> f64 {
+        self.channel_cost.iter().sum::<f64>() + self.prior_cost
     }
 
     /// Cost in some channels with the problem's dispersion, tolerances left out.
@@ -205,24 +212,31 @@ impl Problem<'_> {
 
     /// Judges a hypothesis as it is.
     pub(crate) fn judge(&self, hypothesis: Hypothesis) -> Option<Fit> {
-        self.descend(hypothesis, 0)
+        self.descend(hypothesis, 0, 0)
     }
 
     /// Fits all parameters of a hypothesis from its values.
     pub(crate) fn fit(&self, hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
-        let mut fit = self.descend(hypothesis, iterations)?;
+        self.refit(hypothesis, self.judgeable, iterations)
+    }
+
+    /// Fits the parameters that matter after something changed in some channels, from the hypothesis' values; those of
+    /// channels that no parameter ties to the changed ones stay where an earlier fit left them.
+    pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
+        let mut fit = self.descend(hypothesis, changed, iterations)?;
         for _ in 0..RUGGED_ROUNDS {
-            let Some(better) = self.beside(&fit) else { break };
-            fit = self.descend(better, iterations)?;
+            let Some(better) = self.beside(&fit, changed) else { break };
+            fit = self.descend(better, changed, iterations)?;
         }
         Some(fit)
     }
 
     /// Levenberg-Marquardt steps from the hypothesis' values.
-    fn descend(&self, mut hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
+    fn descend(&self, mut hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
-        let touched = hypothesis.parameters.iter().fold(0, |all, p| all | p.channels);
+        let reached = reached(&hypothesis.parameters, changed);
+        let free = |p: &Parameter| p.channels & reached != 0;
         let mut cost = self.total(&residuals, &hypothesis, &values);
         // Priors are many decades weaker than data where the two do not compete; damping must stay below both.
         let mut damping = 1.0e-7;
@@ -230,14 +244,22 @@ impl Problem<'_> {
             if hypothesis.parameters.is_empty() {
                 break;
             }
-            let columns: Vec<Residuals> =
-                (0..values.len()).map(|index| self.column(&hypothesis, &values, &residuals, index, 0.02).0).collect();
+            let columns: Vec<Residuals> = (hypothesis.parameters.iter().enumerate())
+                .map(|(index, parameter)| {
+                    if free(parameter) {
+                        self.column(&hypothesis, &values, &residuals, index, 0.02).0
+                    } else {
+                        Residuals::default()
+                    }
+                })
+                .collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &columns);
             for _ in 0..7 {
-                let held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
+                let mut held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
+                held.extend((0..values.len()).filter(|i| !free(&hypothesis.parameters[*i])));
                 let Some(step) = solve(&matrix, &gradient, &held, damping) else { break 'iterations };
                 let trial = limited(&hypothesis.parameters, &values, &step);
-                let evaluated = self.evaluate(&hypothesis, &trial, touched).map(|mut new| {
+                let evaluated = self.evaluate(&hypothesis, &trial, reached).map(|mut new| {
                     for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
                         if new.is_empty() {
                             new.clone_from(old);
@@ -252,7 +274,7 @@ impl Problem<'_> {
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    if gained < 0.02 + 1.0e-6 * cost {
+                    if gained < CONVERGED + 1.0e-6 * cost {
                         break 'iterations;
                     }
                     continue 'iterations;
@@ -391,6 +413,18 @@ pub(crate) fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> 
         out[(i, i)] += relative * largest.max(1.0e-30);
     }
     out
+}
+
+/// The channels that a change in some of them reaches through parameters that act on several.
+fn reached(parameters: &[Parameter], changed: Channels) -> Channels {
+    let mut out = changed;
+    loop {
+        let more = parameters.iter().filter(|p| p.channels & out != 0).fold(out, |all, p| all | p.channels);
+        if more == out {
+            return out;
+        }
+        out = more;
+    }
 }
 
 /// Parameters at a bound beyond which the cost would fall.

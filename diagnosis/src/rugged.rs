@@ -1,5 +1,6 @@
 //! Parameters whose cost is rugged: a slope says little about what lies a few steps away.
 
+use crate::balance::Channels;
 use crate::fit::{BUNDLE, Fit, Problem};
 use crate::hypothesis::{Hypothesis, Parameter, Slot};
 use plant_model::Effect;
@@ -27,12 +28,14 @@ fn rugged(parameter: &Parameter) -> bool {
 impl Problem<'_> {
     /// Looks beside the solution along parameters whose cost is rugged, where a slope says little about what lies a few
     /// steps away; `None` if nothing better is there.
-    pub(crate) fn beside(&self, fit: &Fit) -> Option<Hypothesis> {
+    pub(crate) fn beside(&self, fit: &Fit, changed: Channels) -> Option<Hypothesis> {
         let h = &fit.hypothesis;
         let mut values = h.values.clone();
         let mut cost = fit.cost(self);
         let mut found = false;
-        for (index, parameter) in h.parameters.iter().enumerate().filter(|(_, p)| rugged(p)) {
+        for (index, parameter) in
+            h.parameters.iter().enumerate().filter(|(_, p)| rugged(p) && p.channels & changed != 0)
+        {
             let touched = parameter.channels;
             let in_others = fit.cost_in(self, !touched);
             let mut step = FIRST_STEP * parameter.scale;

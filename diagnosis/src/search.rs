@@ -32,6 +32,9 @@ const FIRST_ITERATIONS: usize = 3;
 const FINISHED: usize = 3;
 /// Most candidates tried where nominal values are strained.
 const MOST_STRAINED: usize = 14;
+/// Candidates tried in the place of each cause, and how often causes are exchanged.
+const ALTERNATIVES: usize = 5;
+const EXCHANGES: usize = 2;
 /// Iterations of a full fit.
 const ITERATIONS: usize = 10;
 
@@ -39,6 +42,7 @@ const ITERATIONS: usize = 10;
 #[derive(Clone, Debug)]
 pub(crate) struct Tried {
     pub(crate) effects: Vec<Effect>,
+    /// Cost with noise taken as white, whatever dispersion it was compared with: one scale for all.
     pub(crate) cost: f64,
     pub(crate) fitted: bool,
 }
@@ -202,28 +206,34 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
         effects.push(effect);
         effects
     };
-    tried.extend(rest.iter().map(|c| Tried { effects: list(c.effect), cost: base - c.predicted, fitted: false }));
+    tried.extend(rest.iter().map(|c| Tried {
+        effects: list(c.effect),
+        cost: from.undispersed() - c.predicted,
+        fitted: false,
+    }));
     let starts: Vec<(Effect, &[f64])> =
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
     // A few steps show which are worth more.
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
-            problem.fit(from.hypothesis.with(*effect, problem.parameters(*effect), start), FIRST_ITERATIONS)
+            let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start);
+            problem.refit(extended, hypothesis::channels(*effect), FIRST_ITERATIONS)
         })
         .collect();
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
     let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * TIE;
     let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, FINISHED).min(begun.len());
-    let mut fits: Vec<Fit> =
-        begun
-            .par_iter()
-            .enumerate()
-            .filter_map(|(place, fit)| {
-                if place < finished { problem.fit(fit.hypothesis.clone(), ITERATIONS) } else { Some(fit.clone()) }
-            })
-            .collect();
+    let mut fits: Vec<Fit> = begun
+        .par_iter()
+        .enumerate()
+        .filter_map(|(place, fit)| {
+            let changed = fit.hypothesis.effects.last().map_or(0, |effect| hypothesis::channels(*effect));
+            let finish = || problem.refit(fit.hypothesis.clone(), changed, ITERATIONS);
+            if place < finished { finish() } else { Some(fit.clone()) }
+        })
+        .collect();
     // The same effect from several starts: the best one counts.
     fits.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let mut seen: Vec<Effect> = Vec::new();
@@ -239,7 +249,7 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
     fits.sort_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
     tried.extend(fits.iter().map(|fit| Tried {
         effects: fit.hypothesis.effects.clone(),
-        cost: fit.cost(problem),
+        cost: fit.undispersed(),
         fitted: true,
     }));
     fits
@@ -251,12 +261,8 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
         if fit.hypothesis.effects.is_empty() {
             return fit;
         }
-        let smaller: Vec<Fit> = fit
-            .hypothesis
-            .effects
-            .par_iter()
-            .filter_map(|effect| problem.fit(fit.hypothesis.without(*effect, problem.nominal), ITERATIONS))
-            .collect();
+        let smaller: Vec<Fit> =
+            fit.hypothesis.effects.par_iter().filter_map(|effect| refit_without(problem, &fit, *effect)).collect();
         let best = smaller.into_iter().min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
         match best {
             Some(best) if charged(problem, &best) <= charged(problem, &fit) => fit = best,
@@ -282,10 +288,11 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     }
     // What no hypothesis explains makes every gain less certain.
     problem.dispersion = problem.dispersion_at(&current);
-    let mut best = prune(problem, current);
-    best = slim(problem, exchange(problem, best, &mut tried));
-    progress("ties");
-    let (ties, losses) = ties(problem, &best, &mut tried);
+    let pruned = prune(problem, current);
+    progress("alternatives");
+    let (best, alternatives) = exchange(problem, pruned, &mut tried);
+    let best = slim(problem, best);
+    let (ties, losses) = ties(problem, &best, alternatives);
     Some(Found { null, best, ties, losses, tried })
 }
 
@@ -306,45 +313,50 @@ fn slim(problem: &Problem<'_>, best: Fit) -> Fit {
     }
 }
 
-/// Replaces causes one at a time by better ones, as long as that helps.
-fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> Fit {
-    for _ in 0..2 {
-        let mut improved = None;
-        for effect in best.hypothesis.effects.clone() {
-            let Some(without) = problem.fit(best.hypothesis.without(effect, problem.nominal), ITERATIONS) else {
-                continue;
-            };
-            for fit in extensions(problem, &without, 4, tried).into_iter().take(1) {
-                let limit = improved.as_ref().unwrap_or(&best);
-                if charged(problem, &fit) < charged(problem, limit) - 1.0 {
-                    improved = Some(fit);
-                }
+/// What stands in for a cause that is taken out: everything else fitted anew, and its best extensions.
+struct Alternatives {
+    without: Fit,
+    instead: Vec<Fit>,
+}
+
+fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, tried: &mut Vec<Tried>) -> Option<Alternatives> {
+    let without = refit_without(problem, best, effect)?;
+    let instead = extensions(problem, &without, ALTERNATIVES, tried);
+    Some(Alternatives { without, instead })
+}
+
+/// The fit without one of its causes.
+fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
+    problem.refit(fit.hypothesis.without(effect, problem.nominal), hypothesis::channels(effect), ITERATIONS)
+}
+
+/// Replaces causes one at a time by better ones, as long as that helps; with what else could stand for each.
+fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> (Fit, Vec<Option<Alternatives>>) {
+    for round in 0.. {
+        let effects = best.hypothesis.effects.clone();
+        let all: Vec<_> = effects.iter().map(|effect| alternatives(problem, &best, *effect, tried)).collect();
+        let fits = all.iter().flatten().filter_map(|a| a.instead.first());
+        let better = fits.min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
+        match better {
+            Some(fit) if round < EXCHANGES && charged(problem, fit) < charged(problem, &best) - 1.0 => {
+                best = prune(problem, fit.clone());
             }
-        }
-        match improved {
-            Some(fit) => best = prune(problem, fit),
-            None => break,
+            _ => return (best, all),
         }
     }
-    best
+    (best, Vec::new())
 }
 
 /// For each cause: alternatives that explain the log as well in its place, and what its absence costs.
-fn ties(problem: &Problem<'_>, best: &Fit, tried: &mut Vec<Tried>) -> (Vec<Vec<Effect>>, Vec<f64>) {
-    let mut all = Vec::new();
-    let mut losses = Vec::new();
+fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternatives>>) -> (Vec<Vec<Effect>>, Vec<f64>) {
     let cost = charged(problem, best);
-    for effect in &best.hypothesis.effects {
+    let of = |(effect, alternatives): (&Effect, Option<Alternatives>)| {
         let mut tied = Vec::new();
         let mut loss = 0.0;
-        if let Some(without) = problem.fit(best.hypothesis.without(*effect, problem.nominal), ITERATIONS) {
+        if let Some(Alternatives { without, instead }) = alternatives {
             loss = without.cost(problem) - best.cost(problem);
-            for fit in extensions(problem, &without, 5, tried) {
-                let added = *fit.hypothesis.effects.last().unwrap_or(effect);
-                if added != *effect && charged(problem, &fit) < cost + TIE {
-                    tied.push(added);
-                }
-            }
+            let as_good = instead.iter().filter(|fit| charged(problem, fit) < cost + TIE);
+            tied.extend(as_good.filter_map(|fit| fit.hypothesis.effects.last().copied()).filter(|e| e != effect));
         }
         // One force, two names: g (1 + a sign v) sign v = g sign v + a g, so F_0 = a F_c except around standstill.
         for (one, other) in
@@ -354,10 +366,9 @@ fn ties(problem: &Problem<'_>, best: &Fit, tried: &mut Vec<Tried>) -> (Vec<Vec<E
                 tied.push(other);
             }
         }
-        all.push(tied);
-        losses.push(loss);
-    }
-    (all, losses)
+        (tied, loss)
+    };
+    best.hypothesis.effects.iter().zip(all).map(of).unzip()
 }
 
 /// The effects that would change the predictions visibly at a plainly visible strength, were they there.

@@ -91,7 +91,8 @@ fn balance_name(channel: &str) -> &'static str {
 /// What no named cause closes: where it sits, and which effects come near without closing it.
 fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
     let open: Vec<_> = diagnosis.balances.iter().filter(|balance| !balance.closed).collect();
-    if open.is_empty() || diagnosis.verdict == Verdict::NoGap {
+    let said = !open.is_empty() || !diagnosis.leads.is_empty() || diagnosis.description.is_some();
+    if !said || !matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         return;
     }
     page.section("What stays unexplained");
@@ -104,6 +105,25 @@ fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
             if share > 1.0 { format!(", {share:.0} % less than with the rig file as given") } else { String::new() }
         ));
         page.plots(scene.of_rest(balance.channel));
+    }
+    if let Some(description) = &diagnosis.description {
+        let taken = 100.0 * description.holdout_share;
+        page.text(format!(
+            "As a description, not a name: on the part of the log held back, these terms together {} of the misfit of the \
+             balances they act on.",
+            if taken >= 0.0 { format!("take away {taken:.0} %") } else { "take away nothing".to_string() }
+        ));
+        let mut table = Table::new(["balance", "what is missing would be", "in closed form", "c"]);
+        for term in &description.terms {
+            let balances: Vec<&str> = term.channels.iter().map(|channel| balance_name(channel)).collect();
+            table.row([
+                balances.join(", "),
+                term.words.to_string(),
+                term.formula.clone(),
+                format!("{:.3} ± {:.3}", term.factor, term.std_error),
+            ]);
+        }
+        page.table(table);
     }
     if !diagnosis.leads.is_empty() {
         page.text(

@@ -91,6 +91,10 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
             let _ = writeln!(text, "   This log cannot tell it from: {}.", list(&cause.ties));
         }
     }
+    if let Some(description) = &diagnosis.description {
+        let words: Vec<&str> = description.terms.iter().map(|term| term.words).collect();
+        let _ = writeln!(text, "\nWhat is missing behaves like {}: a description, not a name.", words.join(", and "));
+    }
     for value in &diagnosis.calibration {
         let percent = 100.0 * (value.value / value.nominal - 1.0);
         let to = with_error(&value.name, value.value, value.std_error);
