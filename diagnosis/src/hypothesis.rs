@@ -357,6 +357,18 @@ impl Hypothesis {
         }
     }
 
+    /// The same with the nominal values of strained channels back where they should be.
+    pub(crate) fn relaxed(&self) -> Self {
+        let strained = self.strained();
+        let mut out = self.clone();
+        for (parameter, value) in self.parameters.iter().zip(&mut out.values) {
+            if parameter.tolerance.is_some() && parameter.channels & strained != 0 {
+                *value = parameter.neutral;
+            }
+        }
+        out
+    }
+
     /// Channels in which nominal values are strained.
     pub(crate) fn strained(&self) -> Channels {
         let pairs = self.parameters.iter().zip(&self.values);

@@ -1,7 +1,7 @@
 //! The log made ready: usable samples, uninterrupted stretches, the part held back, noise levels, smoothed signals.
 
 use crate::noise::{self, ChannelNoise};
-use crate::smooth::{Smoothed, parabola};
+use crate::smooth::{Smoothed, parabola, slopes};
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
 use rig_files::{Log, RigFile};
 use serde::Serialize;
@@ -10,10 +10,8 @@ use serde::Serialize;
 const VOLUME_REACH: usize = 7;
 /// Samples on either side when smoothing position for velocity.
 const VELOCITY_REACH: usize = 15;
-/// Samples on either side when smoothing pressures for forces.
-const PRESSURE_REACH: usize = 8;
-/// Samples on either side when taking the slope of pressures: differentiation needs more smoothing.
-const PRESSURE_SLOPE_REACH: usize = 20;
+/// Samples on either side when smoothing pressures for forces, in each of two passes.
+const PRESSURE_REACH: usize = 9;
 /// A step of time this many times the usual one interrupts the log.
 const INTERRUPTION: f64 = 2.5;
 /// The log is cut into about this many chunks; every `HELD_BACK_EVERY`-th is held back.
@@ -213,12 +211,14 @@ impl Record {
             out
         };
         let (y_smooth, motion) = (smooth(&self.y_m, VOLUME_REACH), smooth(&self.y_m, VELOCITY_REACH));
-        let (p_a, p_b) = (smooth(&self.p_a_pa, PRESSURE_REACH), smooth(&self.p_b_pa, PRESSURE_REACH));
-        let with_slope = |mut value: Smoothed, signal: &[f64]| {
-            value.slope = smooth(signal, PRESSURE_SLOPE_REACH).slope;
-            value
+        // The slope is that of the smoothed pressure itself: p + tau p' then undoes a lag without a bias of its own.
+        let twice = |signal: &[f64]| {
+            let value = smooth(&smooth(signal, PRESSURE_REACH).value, PRESSURE_REACH).value;
+            let slope = pieces.iter().flat_map(|piece| slopes(&self.t_s, &value, piece.clone())).collect();
+            Smoothed { value, slope }
         };
-        let (p_a, p_b) = (with_slope(p_a, &self.p_a_pa), with_slope(p_b, &self.p_b_pa));
+        let both = [&self.p_a_pa, &self.p_b_pa].map(|p| if p.is_empty() { Smoothed::default() } else { twice(p) });
+        let [p_a, p_b] = both;
         let p_sup = smooth(&self.p_sup_pa, VOLUME_REACH);
         (self.y_smooth, self.motion, self.p_a_smooth, self.p_b_smooth, self.p_sup_smooth) =
             (y_smooth, motion, p_a, p_b, p_sup);

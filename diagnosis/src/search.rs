@@ -21,8 +21,6 @@ const RELEVANT: f64 = 0.008;
 /// And this part of what is left over there: breakaways a little early or late make the cost rugged, and everything
 /// that moves them gains or loses by chance.
 const RELEVANT_REST: f64 = 0.05;
-/// Starting points tried for one candidate.
-const MOST_STARTS: usize = 2;
 /// No more causes than this are composed.
 const MOST_CAUSES: usize = 4;
 /// Candidates fitted in full in each round, best predicted gain first.
@@ -123,11 +121,6 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
         Effect::CoulombFriction | Effect::ViscousFriction => {
             [1.0, 1.5, 0.7].map(|factor| vec![factor * neutral[0]]).to_vec()
         }
-        Effect::FrictionPressure | Effect::ConstantForce | Effect::FrictionAsymmetry => {
-            let scale = problem.parameters(effect)[0].scale;
-            let least = problem.parameters(effect)[0].min;
-            [0.0, 1.0, -1.0].map(|factor| vec![(neutral[0] + factor * scale).max(least)]).to_vec()
-        }
         Effect::ValveDeadZone => {
             let [right, left] = [neutral[0], neutral[1]];
             let moved = [[0.2, -0.2], [0.2, 0.0], [0.0, -0.2], [0.2, 0.2], [-0.2, -0.2]];
@@ -140,7 +133,28 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
             all.extend(ripple::wavelengths(problem, from).into_iter().map(|w| vec![neutral[0], 0.0, w]));
             all
         }
-        _ => vec![neutral],
+        // Far from the truth the slope at the neutral setting is a poor guide to what a plainly visible change would do.
+        _ => {
+            let parameter = problem.parameters(effect)[0];
+            let at = |factor: f64| (neutral[0] + factor * parameter.scale).clamp(parameter.min, parameter.max);
+            let mut values = vec![at(0.0), at(1.0), at(-1.0)];
+            values.dedup();
+            values.into_iter().map(|value| vec![value]).collect()
+        }
+    }
+}
+
+/// How many starting points are fitted: several where the cost has several valleys.
+fn starts_fitted(effect: Effect) -> usize {
+    match effect {
+        Effect::ChokedFlow
+        | Effect::ValveHysteresis
+        | Effect::ValveDeadZone
+        | Effect::SupplyDroop
+        | Effect::FrictionPosition
+        | Effect::StaticFriction
+        | Effect::CoulombFriction => 2,
+        _ => 1,
     }
 }
 
@@ -162,7 +176,19 @@ fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
         .iter()
         .map(|(effect, start)| from.hypothesis.beside(*effect, problem.parameters(*effect), start))
         .collect();
-    let scores = problem.scores(from, &extended);
+    let mut scores = problem.scores(from, &extended);
+    // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
+    let relaxed = from.hypothesis.relaxed();
+    if relaxed.values != from.hypothesis.values
+        && let Some(fit) = problem.judge(relaxed)
+    {
+        let extended: Vec<Hypothesis> = open
+            .iter()
+            .map(|(effect, start)| fit.hypothesis.beside(*effect, problem.parameters(*effect), start))
+            .collect();
+        let others = problem.scores(&fit, &extended);
+        scores.iter_mut().zip(others).for_each(|(score, other)| *score = score.max(other));
+    }
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -170,7 +196,7 @@ fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
         let (effect, start) = &open[index];
         let predicted = scores[index];
         match out.iter_mut().find(|c| c.effect == *effect) {
-            Some(candidate) if candidate.starts.len() < MOST_STARTS => candidate.starts.push(start.clone()),
+            Some(candidate) if candidate.starts.len() < starts_fitted(*effect) => candidate.starts.push(start.clone()),
             Some(_) => {}
             None => out.push(Candidate { effect: *effect, starts: vec![start.clone()], predicted }),
         }

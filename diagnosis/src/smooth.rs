@@ -39,6 +39,19 @@ pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: usize, out: &mut Smoo
     }
 }
 
+/// Central differences of a smooth signal over one piece of it, per second; one-sided at its ends.
+pub(crate) fn slopes<'a>(
+    t_s: &'a [f64],
+    signal: &'a [f64],
+    piece: core::ops::Range<usize>,
+) -> impl Iterator<Item = f64> + 'a {
+    piece.clone().map(move |k| {
+        let (low, high) = (k.saturating_sub(1).max(piece.start), (k + 1).min(piece.end - 1));
+        let duration = t_s[high] - t_s[low];
+        if duration > 0.0 { (signal[high] - signal[low]) / duration } else { 0.0 }
+    })
+}
+
 /// The first two coefficients of the least-squares parabola; a lower degree where the samples do not carry one.
 fn solve(s: &[f64; 5], b: &[f64; 3]) -> (f64, f64) {
     let m00 = s[2] * s[4] - s[3] * s[3];
