@@ -18,7 +18,8 @@ use serde::Serialize;
 const LEAST_SAMPLES: usize = 200;
 /// A balance is closed while its innovations vary no more than this over what noise explains, slowly (long-run
 /// variance) …
-const CLOSED_DISPERSION: f64 = 2.5;
+const CLOSED_DISPERSION_OF_MASS: f64 = 2.5;
+const CLOSED_DISPERSION_OF_FORCE: f64 = 4.0;
 /// … and in total (cost over that of white noise). When a resting piston breaks away is a matter of less force than the
 /// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
 const CLOSED_COST_OF_MASS: f64 = 3.0;
@@ -283,6 +284,11 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     }
 }
 
+/// The long-run variance below which a balance is closed.
+fn closed_dispersion(channel: Channel) -> f64 {
+    if channel == Channel::Position { CLOSED_DISPERSION_OF_FORCE } else { CLOSED_DISPERSION_OF_MASS }
+}
+
 /// The misfit below which a balance is closed.
 fn closed_cost(column: &str) -> f64 {
     if column == Channel::Position.column() { CLOSED_COST_OF_FORCE } else { CLOSED_COST_OF_MASS }
@@ -303,7 +309,8 @@ fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]
                 nominal_misfit: found.null.channel_cost[index] / white,
                 extended_misfit,
                 remaining_dispersion: dispersion[index],
-                closed: extended_misfit < closed_cost(channel.column()) && dispersion[index] < CLOSED_DISPERSION,
+                closed: extended_misfit < closed_cost(channel.column())
+                    && dispersion[index] < closed_dispersion(channel),
             }
         })
         .collect()

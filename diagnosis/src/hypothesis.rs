@@ -162,6 +162,12 @@ const NEGLIGIBLE: f64 = 0.04;
 
 /// Breakaway forces are told apart from this many standard deviations of the measured pressure force on.
 const BREAKAWAY_SIGMAS: f64 = 3.0;
+/// Levels of friction as a whole show in sliding too: they are told apart from this part of it on, but from no less than
+/// this part of the nominal friction.
+const LEVEL_SIGMAS: f64 = 0.5;
+const NEGLIGIBLE_LEVEL: f64 = 0.03;
+/// A plainly visible change of friction, as a part of the nominal one.
+const FRICTION_SCALE: f64 = 0.3;
 
 /// The parameters of an effect on this rig, for a log of this quality.
 pub(crate) fn effect_parameters(
@@ -175,6 +181,8 @@ pub(crate) fn effect_parameters(
     for (to, from) in neutral.iter_mut().zip(rig.effects.get(effect).unwrap_or_default()) {
         *to = *from;
     }
+    let noise = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation);
+    let force_noise_n = rig.rig.cylinder.area_m2 * noise;
     let info = effect.info();
     info.parameters
         .iter()
@@ -184,10 +192,10 @@ pub(crate) fn effect_parameters(
             // Typical values belong to a rig like the paper's; what scales with the rig is taken relative to it.
             let scale = match effect {
                 Effect::PayloadMass | Effect::ViscousFriction | Effect::StaticFriction => 0.3 * at,
-                Effect::ConstantForce => 0.3 * rig.rig.friction.coulomb_n,
+                Effect::ConstantForce => FRICTION_SCALE * rig.rig.friction.coulomb_n,
                 Effect::DeadVolume => 0.2 * rig.rig.cylinder.volume_a0_m3,
                 Effect::FrictionPosition if index == 2 => 0.02 * at.max(0.005),
-                Effect::FrictionPressure => 0.3 * rig.rig.friction.coulomb_n / 5.0e5,
+                Effect::FrictionPressure => FRICTION_SCALE * rig.rig.friction.coulomb_n / 5.0e5,
                 Effect::LeakChamberA | Effect::LeakChamberB | Effect::LeakCrossPiston => {
                     0.03 * rig.rig.valve.fill_coefficient_kg_per_s_pa
                 }
@@ -203,9 +211,10 @@ pub(crate) fn effect_parameters(
                     // A choked valve is another law, not more or less of the nominal one.
                     Effect::ChokedFlow => 0.0,
                     // A resting piston breaks away at the first noise that takes the force over its limit.
-                    Effect::StaticFriction => {
-                        let noise = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation);
-                        (BREAKAWAY_SIGMAS * rig.rig.cylinder.area_m2 * noise).max(NEGLIGIBLE * scale)
+                    Effect::StaticFriction => (BREAKAWAY_SIGMAS * force_noise_n).max(NEGLIGIBLE * scale),
+                    Effect::CoulombFriction | Effect::FrictionPressure => {
+                        let relative = LEVEL_SIGMAS * force_noise_n / rig.rig.friction.coulomb_n;
+                        relative.max(NEGLIGIBLE_LEVEL) * scale / FRICTION_SCALE
                     }
                     // A faint ripple of some wavelength is found in any noise.
                     Effect::FrictionPosition if index == 1 => 0.03,

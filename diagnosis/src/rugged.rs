@@ -7,6 +7,8 @@ use plant_model::Effect;
 
 /// Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
 const RUGGED: [Effect; 3] = [Effect::StaticFriction, Effect::CoulombFriction, Effect::FrictionPressure];
+/// The same for nominal values.
+const RUGGED_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
 /// First step beside a solution, in plainly visible changes; it is divided by three until something is gained.
 const FIRST_STEP: f64 = 0.4;
 const TRIALS: usize = 5;
@@ -22,7 +24,11 @@ const WIDTHS: i32 = 12;
 
 /// Whether a parameter's cost is rugged.
 fn rugged(parameter: &Parameter) -> bool {
-    matches!(parameter.slot, Slot::Effect(effect, _) if RUGGED.contains(&effect))
+    match parameter.slot {
+        Slot::Effect(effect, _) => RUGGED.contains(&effect),
+        Slot::Nominal(key) => RUGGED_KEYS.contains(&key.path),
+        Slot::Term(_) => false,
+    }
 }
 
 impl Problem<'_> {
