@@ -3,7 +3,7 @@
 use crate::advice;
 use crate::balance::{self, Channel, Channels, Innovations};
 use crate::beyond::{self, Description};
-use crate::fit::{BUNDLE, Fit, Problem};
+use crate::fit::{BUNDLE, COST_OF_NOISE, Fit, Problem, calm_misfit};
 use crate::holdout::{self, Overlay};
 use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::outcome::{Calibration, Cause, Estimate, Gain, Verdict};
@@ -23,15 +23,15 @@ const CLOSED_DISPERSION_OF_FORCE: f64 = 4.0;
 /// … and in total (cost over that of white noise). When a resting piston breaks away is a matter of less force than the
 /// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
 const CLOSED_COST_OF_MASS: f64 = 3.0;
-const CLOSED_COST_OF_FORCE: f64 = 4.5;
+const CLOSED_COST_OF_FORCE: f64 = 5.0;
 /// Misfit up to which a balance looks like noise.
 const WHITE_ENOUGH: f64 = 1.12;
 /// Most causes named at once.
 const MOST_NAMED: usize = 3;
 /// Least share of the gap for a cause named while a balance stays open.
 const LEAST_SHARE_BESIDE_A_GAP: f64 = 0.1;
-/// Mean robust cost of one bundled, unit-variance, normal innovation.
-const COST_OF_NOISE: f64 = 0.466;
+/// The worst part of a chamber's innovations is left out there: a slam into an end stop kinks what is smoothed.
+const SLAMS: f64 = 0.02;
 /// A nominal value is called calibrated if it moved by this many of its standard errors and tenths of its tolerance.
 const CALIBRATED_SIGMAS: f64 = 2.0;
 
@@ -304,13 +304,14 @@ fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]
             let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
             let white = COST_OF_NOISE * (settled / BUNDLE).max(1) as f64;
             let extended_misfit = found.best.channel_cost[index] / white;
+            let slams = if channel == Channel::Position { 0.0 } else { SLAMS };
+            let calm = calm_misfit(&innovations[1].channels[index], slams);
             Balance {
                 channel: channel.column(),
                 nominal_misfit: found.null.channel_cost[index] / white,
                 extended_misfit,
                 remaining_dispersion: dispersion[index],
-                closed: extended_misfit < closed_cost(channel.column())
-                    && dispersion[index] < closed_dispersion(channel),
+                closed: calm < closed_cost(channel.column()) && dispersion[index] < closed_dispersion(channel),
             }
         })
         .collect()

@@ -13,6 +13,9 @@ const ROBUST_KNEE: f64 = 3.0;
 /// Innovations are averaged over this many samples before they are compared; they are white, so little is lost.
 pub(crate) const BUNDLE: usize = 4;
 
+/// Mean robust cost of one bundled, unit-variance, normal innovation.
+pub(crate) const COST_OF_NOISE: f64 = 0.466;
+
 /// Half the squared change of predictions, in noise units, from which on an effect counts as visible in a log.
 const RESPONDS: f64 = 50.0;
 
@@ -93,6 +96,19 @@ fn bundle(innovations: &Innovations) -> Residuals {
         }));
     }
     out
+}
+
+/// Mean cost of a channel's innovations over that of white noise, the worst part left out.
+pub(crate) fn calm_misfit(innovations: &[f64], left_out: f64) -> f64 {
+    let mut costs: Vec<f64> = innovations
+        .chunks_exact(BUNDLE)
+        .map(|chunk| chunk.iter().sum::<f64>() / (BUNDLE as f64).sqrt())
+        .filter(|e| !e.is_nan())
+        .map(loss)
+        .collect();
+    costs.sort_unstable_by(f64::total_cmp);
+    costs.truncate((costs.len() as f64 * (1.0 - left_out)).ceil() as usize);
+    costs.iter().sum::<f64>() / (COST_OF_NOISE * costs.len().max(1) as f64)
 }
 
 fn loss(e: f64) -> f64 {

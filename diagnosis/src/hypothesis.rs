@@ -166,6 +166,8 @@ const BREAKAWAY_SIGMAS: f64 = 3.0;
 /// this part of the nominal friction.
 const LEVEL_SIGMAS: f64 = 0.5;
 const NEGLIGIBLE_LEVEL: f64 = 0.03;
+/// A constant force and friction that differs by direction are told apart from nothing from this part of friction on.
+const FAINT: f64 = 0.02;
 /// A plainly visible change of friction, as a part of the nominal one.
 const FRICTION_SCALE: f64 = 0.3;
 
@@ -216,8 +218,11 @@ pub(crate) fn effect_parameters(
                         let relative = LEVEL_SIGMAS * force_noise_n / rig.rig.friction.coulomb_n;
                         relative.max(NEGLIGIBLE_LEVEL) * scale / FRICTION_SCALE
                     }
-                    // A faint ripple of some wavelength is found in any noise.
-                    Effect::FrictionPosition if index == 1 => 0.03,
+                    // A faint ripple of some wavelength is found in any noise, and a faint slope in any stick-slip.
+                    Effect::FrictionPosition if index < 2 => NEGLIGIBLE_LEVEL,
+                    Effect::ViscousFriction => NEGLIGIBLE_LEVEL * at,
+                    Effect::FrictionAsymmetry => FAINT,
+                    Effect::ConstantForce => FAINT * rig.rig.friction.coulomb_n,
                     // Within a sampling interval, delays and lags are a matter of how the logger takes its samples.
                     _ if parameter.name.ends_with("_s") && effect != Effect::SupplyDroop => {
                         quality.interval_s.max(NEGLIGIBLE * scale)
