@@ -33,6 +33,8 @@ const SMOOTHLESS: [Effect; 6] = [
 const CONVERGED: f64 = 0.1;
 /// Rounds of searching beside a solution on rugged ground.
 const RUGGED_ROUNDS: usize = 2;
+/// Fits of no more iterations only rank candidates and are spared that.
+const RANKING: usize = 4;
 
 /// The data a fit is judged on.
 pub(crate) struct Problem<'a> {
@@ -240,7 +242,8 @@ impl Problem<'_> {
     /// channels that no parameter ties to the changed ones stay where an earlier fit left them.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
         let mut fit = self.descend(hypothesis, changed, iterations)?;
-        for _ in 0..RUGGED_ROUNDS {
+        let rounds = if iterations > RANKING { RUGGED_ROUNDS } else { 0 };
+        for _ in 0..rounds {
             let Some(better) = self.beside(&fit, changed) else { break };
             fit = self.descend(better, changed, iterations)?;
         }

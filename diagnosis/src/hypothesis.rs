@@ -202,6 +202,9 @@ pub(crate) fn effect_parameters(
                     0.03 * rig.rig.valve.fill_coefficient_kg_per_s_pa
                 }
                 Effect::SupplyDroop if index == 1 => 0.05,
+                // What is typical may be what the rig file states already.
+                Effect::ValveDeadZone => 0.3,
+                Effect::ChokedFlow if index == 1 => 0.1,
                 Effect::SupplyDroop => 0.02 / rig.rig.valve.fill_coefficient_kg_per_s_pa,
                 _ => (parameter.typical - at).abs().max(1.0e-3 * parameter.typical.abs()).max(1.0e-12),
             };

@@ -1,13 +1,10 @@
 //! Parameters whose cost is rugged: a slope says little about what lies a few steps away.
 
-use crate::balance::Channels;
+use crate::balance::{Channel, Channels};
 use crate::fit::{BUNDLE, Fit, Problem};
 use crate::hypothesis::{Hypothesis, Parameter, Slot};
-use plant_model::Effect;
 
-/// Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
-const RUGGED: [Effect; 3] = [Effect::StaticFriction, Effect::CoulombFriction, Effect::FrictionPressure];
-/// The same for nominal values.
+/// Nominal values whose cost is rugged.
 const RUGGED_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
 /// First step beside a solution, in plainly visible changes; it is divided by three until something is gained.
 const FIRST_STEP: f64 = 0.4;
@@ -25,7 +22,8 @@ const WIDTHS: i32 = 12;
 /// Whether a parameter's cost is rugged.
 fn rugged(parameter: &Parameter) -> bool {
     match parameter.slot {
-        Slot::Effect(effect, _) => RUGGED.contains(&effect),
+        // Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
+        Slot::Effect(..) => parameter.channels & Channel::Position.bit() != 0,
         Slot::Nominal(key) => RUGGED_KEYS.contains(&key.path),
         Slot::Term(_) => false,
     }
