@@ -7,7 +7,7 @@ use crate::fit::{BUNDLE, COST_OF_NOISE, Fit, Problem, calm_misfit};
 use crate::holdout::{self, Overlay};
 use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::outcome::{Calibration, Cause, Estimate, Gain, Verdict};
-use crate::record::{Available, Quality, Record};
+use crate::record::{Available, Quality, Record, SHORTEST_STRETCH_S};
 use crate::search::{self, Found};
 use crate::terms;
 use plant_model::{Effect, Plant};
@@ -47,6 +47,12 @@ pub enum DiagnosisError {
         /// Complete samples found.
         found: usize,
     },
+    /// Complete samples, but none in a row.
+    #[error(
+        "the log is interrupted so often that no {SHORTEST_STRETCH_S} s of it hang together: record without losing rows, or \
+         leave out the column with the blanks"
+    )]
+    TooBroken,
     /// No balance can be formed.
     #[error(
         "the log has no combination of columns that makes a balance: add u_v with p_a_pa or p_b_pa (mass balance), or both \
@@ -156,8 +162,11 @@ pub struct Evidence {
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     let record = Record::new(log, rig);
-    if record.len() < LEAST_SAMPLES || record.stretches.iter().all(|s| s.held_back) {
+    if record.len() < LEAST_SAMPLES {
         return Err(DiagnosisError::TooShort { found: record.len() });
+    }
+    if record.stretches.iter().all(|s| s.held_back) {
+        return Err(DiagnosisError::TooBroken);
     }
     let judgeable = balance::judgeable(&record);
     if judgeable & !Channel::Supply.bit() == 0 {

@@ -22,7 +22,7 @@ const SAMPLES_ALIKE: f64 = 4.0;
 /// After leaving an end stop the force balance needs this long to settle, s.
 const END_LASTING_S: f64 = 0.1;
 /// Stretches shorter than this say nothing, s.
-const SHORTEST_STRETCH_S: f64 = 0.3;
+pub(crate) const SHORTEST_STRETCH_S: f64 = 0.3;
 
 /// Consecutive samples without interruption, all for fitting or all held back.
 #[derive(Clone, Copy, Debug)]
