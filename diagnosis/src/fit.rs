@@ -228,6 +228,12 @@ impl Problem<'_> {
         (matrix, gradient)
     }
 
+    /// Cost that noise alone makes in some channels.
+    pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
+        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE;
+        0.5 * samples as f64 * f64::from(channels.count_ones())
+    }
+
     /// Judges a hypothesis as it is.
     pub(crate) fn judge(&self, hypothesis: Hypothesis) -> Option<Fit> {
         self.descend(hypothesis, 0, 0)

@@ -1,7 +1,7 @@
 //! Parameters whose cost is rugged: a slope says little about what lies a few steps away.
 
 use crate::balance::{Channel, Channels};
-use crate::fit::{BUNDLE, Fit, Problem};
+use crate::fit::{Fit, Problem};
 use crate::hypothesis::{Hypothesis, Parameter, Slot};
 
 /// Nominal values whose cost is rugged.
@@ -73,8 +73,7 @@ impl Problem<'_> {
         }
         let touched = parameter.channels;
         let cost = fit.cost_in(self, touched);
-        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE;
-        let rest = (cost - 0.5 * samples as f64 * f64::from(touched.count_ones())).max(0.0);
+        let rest = (cost - self.noise_cost(touched)).max(0.0);
         let risen = |step: f64| {
             let mut trial = h.values.clone();
             trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);

@@ -1,7 +1,7 @@
 //! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
 
 use crate::balance::Channel;
-use crate::fit::{BUNDLE, Fit, Problem};
+use crate::fit::{Fit, Problem};
 use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::ripple;
 use plant_model::Effect;
@@ -59,9 +59,8 @@ pub(crate) struct Found {
 /// What an effect must gain in a fit: enough against chance, and enough to matter in the channels it acts on, beside
 /// their noise and beside what the fit leaves over there.
 fn gate(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
-    let samples = (problem.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE) as f64;
     let channels = hypothesis::channels(effect) & problem.judgeable & !Channel::Supply.bit();
-    let noise = 0.5 * samples * f64::from(channels.count_ones());
+    let noise = problem.noise_cost(channels);
     let left = (fit.cost_in(problem, channels) - noise).max(0.0);
     (GATE + PER_PARAMETER * effect.parameter_count() as f64).max(RELEVANT * noise).max(RELEVANT_REST * left)
 }

@@ -85,8 +85,8 @@ fn forces(record: &Record, plant: &Plant<f64>, out: &mut Vec<Term>) {
     let top = top_speed(record);
     let slow = (3.0 * motion::velocity_error(record)).max(0.02 * top);
     let unit = plant.friction_level(&plant_model::State::default()).force_n;
-    let (first, last) = (record.t_s.first().copied().unwrap_or(0.0), record.t_s.last().copied().unwrap_or(1.0));
     let gauge = c.supply_pa - c.atmosphere_pa;
+    let time = from_start_to_end(record);
     let at = |k: usize| {
         let v = record.motion.slope[k];
         At {
@@ -94,7 +94,7 @@ fn forces(record: &Record, plant: &Plant<f64>, out: &mut Vec<Term>) {
             direction: v / v.hypot(slow),
             slow: (-(v / (3.0 * slow)).powi(2)).exp(),
             y: record.y_smooth.value[k] / c.half_stroke_m,
-            t: 2.0 * (record.t_s[k] - first) / (last - first).max(1.0e-9) - 1.0,
+            t: time(k),
             difference: (record.p_a_smooth.value[k] - record.p_b_smooth.value[k]) / gauge,
         }
     };
@@ -132,7 +132,6 @@ fn forces(record: &Record, plant: &Plant<f64>, out: &mut Vec<Term>) {
 fn flows(record: &Record, plant: &Plant<f64>, chambers: Channels, out: &mut Vec<Term>) {
     let c = plant.coefficients();
     let openings = command::openings(record, plant);
-    let (first, last) = (record.t_s.first().copied().unwrap_or(0.0), record.t_s.last().copied().unwrap_or(1.0));
     let gauge = c.supply_pa - c.atmosphere_pa;
     // Nominal flow into a chamber with its pressure as measured, and the drop that drives it.
     let flow = |is_a: bool, k: usize| -> [f64; 2] {
@@ -149,7 +148,7 @@ fn flows(record: &Record, plant: &Plant<f64>, chambers: Channels, out: &mut Vec<
         side * c.exponent * p * c.area_m2 * record.motion.slope[k] / plant.energy_j_per_kg()
     };
     let y = |k: usize| record.y_smooth.value[k] / c.half_stroke_m;
-    let t = |k: usize| 2.0 * (record.t_s[k] - first) / (last - first).max(1.0e-9) - 1.0;
+    let t = from_start_to_end(record);
     let full = core::f64::consts::FRAC_PI_2;
     let mut add = |words, formula: &str, channels: Channels, f: &dyn Fn(bool, usize) -> f64| {
         let has = |channel: Channel| channels & chambers & channel.bit() != 0;
@@ -200,6 +199,12 @@ fn flows(record: &Record, plant: &Plant<f64>, chambers: Channels, out: &mut Vec<
     add("a position reading that bows along the stroke", "c · p A v cos(pi y/(L/2))/(R T)", both, &|is_a, k| {
         swept(is_a, k) * (core::f64::consts::PI * y(k)).cos()
     });
+}
+
+/// The time of a sample, from -1 at the start of the log to 1 at its end.
+fn from_start_to_end(record: &Record) -> impl Fn(usize) -> f64 + '_ {
+    let (first, last) = (record.t_s.first().copied().unwrap_or(0.0), record.t_s.last().copied().unwrap_or(1.0));
+    move |k| 2.0 * (record.t_s[k] - first) / (last - first).max(1.0e-9) - 1.0
 }
 
 /// The speed that 95 % of the samples stay below, m/s.

@@ -39,8 +39,8 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], 
     let mut out = Vec::new();
     for stretch in stretches {
         let settled = record.t_s[stretch.start] + SETTLING_S;
-        let mut piston = Piston::start(record, plant, &driving(stretch, stretch.start), stretch.start);
         let mut force = driving(stretch, stretch.start);
+        let mut piston = Piston::start(record, plant, &force, stretch.start);
         // After breaking away before the real one did, the piston waits for it.
         let mut waits = false;
         for k in stretch.range() {
@@ -48,8 +48,8 @@ pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], 
                 // Follow the measurement until the piston has left the end for good.
                 out.push(f64::NAN);
                 if k + 1 < stretch.end {
-                    piston = Piston::start(record, plant, &driving(stretch, k + 1), k + 1);
                     force = driving(stretch, k + 1);
+                    piston = Piston::start(record, plant, &force, k + 1);
                 }
                 continue;
             }
