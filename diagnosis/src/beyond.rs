@@ -70,7 +70,10 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
         order.truncate(FITTED);
         let best = order
             .par_iter()
-            .filter_map(|k| Some((open[*k], problem.fit(candidates[*k].clone(), ITERATIONS)?)))
+            .filter_map(|k| {
+                let channels = problem.terms[open[*k]].channels;
+                Some((open[*k], problem.settle(candidates[*k].clone(), channels, ITERATIONS, f64::INFINITY)?))
+            })
             .min_by(|(_, a), (_, b)| a.cost(problem).total_cmp(&b.cost(problem)));
         let Some((index, fit)) = best else { break };
         let channels = problem.terms[index].channels;

@@ -1,18 +1,19 @@
 //! The diagnosis as a whole: from rig file and log to verdict, causes, gain and advice.
 
 use crate::advice;
+use crate::balance::shared::Signals;
 use crate::balance::{self, Channel, Channels, Innovations};
 use crate::beyond::{self, Description};
 use crate::fit::{BUNDLE, COST_OF_NOISE, Fit, Problem, calm_misfit};
 use crate::holdout::{self, Overlay};
 use crate::hypothesis::{self, Hypothesis, Slot};
-use crate::outcome::{Calibration, Cause, Estimate, Gain, Verdict};
+use crate::outcome::{Calibration, Cause, Estimate, Gain};
 use crate::record::{Available, Quality, Record, SHORTEST_STRETCH_S};
 use crate::search::{self, Found};
 use crate::terms;
 use plant_model::{Effect, Plant};
-use rig_files::{Log, RigFile};
-use serde::Serialize;
+use rig_files::{Log, RigFile, Verdict};
+use serde::{Serialize, Serializer};
 
 /// The least usable data.
 const LEAST_SAMPLES: usize = 200;
@@ -64,6 +65,10 @@ pub enum DiagnosisError {
     Rig(plant_model::ParameterError),
 }
 
+fn as_word<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(verdict.word())
+}
+
 /// How one balance stands after all.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Balance {
@@ -94,6 +99,7 @@ pub struct Hypothesised {
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     /// The verdict.
+    #[serde(serialize_with = "as_word")]
     pub verdict: Verdict,
     /// Causes, by how much of the gap each explains.
     pub causes: Vec<Cause>,
@@ -175,6 +181,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let corrected = hypothesis::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
     let library = terms::library(&record, &plant, judgeable);
+    let signals = Signals::default();
     let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
     let mut problem = Problem {
         rig,
@@ -182,6 +189,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         stretches: fitted,
         judgeable,
         nominal: &corrected,
+        signals: &signals,
         terms: &library,
         dispersion: [1.0; 4],
     };

@@ -15,7 +15,8 @@ impl Problem<'_> {
         let Some(residuals) = self.evaluate(hypothesis, &values, self.judgeable) else { return fit };
         let columns: Vec<Residuals> =
             (0..values.len()).map(|index| self.column(hypothesis, &values, &residuals, index, 0.02).0).collect();
-        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &columns);
+        let references: Vec<&Residuals> = columns.iter().collect();
+        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
         let n = columns.len();
         // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
         let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;

@@ -1,8 +1,9 @@
 //! Least squares on innovations: robust loss, tolerances as priors, Levenberg-Marquardt steps.
 
+use crate::balance::shared::Signals;
 use crate::balance::{self, Channel, Channels, Innovations};
-use crate::hypothesis::{self, Hypothesis, Parameter, Slot};
-use crate::record::{Record, Stretch};
+use crate::hypothesis::{self, Hypothesis, Parameter};
+use crate::record::{Record, SHORTEST_STRETCH_S, Stretch};
 use crate::terms::{self, Term};
 use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
@@ -19,22 +20,21 @@ pub(crate) const COST_OF_NOISE: f64 = 0.466;
 /// Half the squared change of predictions, in noise units, from which on an effect counts as visible in a log.
 const RESPONDS: f64 = 50.0;
 
-/// Effects whose influence is not smooth at their neutral setting.
-const SMOOTHLESS: [Effect; 6] = [
-    Effect::ValveHysteresis,
-    Effect::ValveLag,
-    Effect::LineDelay,
-    Effect::PositionDelay,
-    Effect::PressureLag,
-    Effect::StaticFriction,
-];
+/// Candidates are compared on about this much of the log, s, taken in pieces of some length, s, from all of it.
+const ENOUGH_TO_COMPARE_S: f64 = 15.0;
+const PIECE_S: f64 = 2.5;
+
+/// A small step: no parameter moves by more than this, in plainly visible changes, and the cost falls by no more than this
+/// part of it.
+const NEAR: f64 = 0.1;
+const SMALL_GAIN: f64 = 0.02;
 
 /// A step that gains less ends a fit: far below what any comparison asks for.
 const CONVERGED: f64 = 0.1;
 /// Rounds of searching beside a solution on rugged ground.
 const RUGGED_ROUNDS: usize = 2;
-/// Fits of no more iterations only rank candidates and are spared that.
-const RANKING: usize = 4;
+/// That search takes away no more than this part of what noise does not explain.
+const MOST_FOUND_BESIDE: f64 = 0.25;
 
 /// The data a fit is judged on.
 pub(crate) struct Problem<'a> {
@@ -44,6 +44,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) judgeable: Channels,
     /// The nominal values that are corrected.
     pub(crate) nominal: &'a [Parameter],
+    /// Signals computed already.
+    pub(crate) signals: &'a Signals,
     /// The library of terms outside the catalogue.
     pub(crate) terms: &'a [Term],
     /// Divides the cost of each channel: how much more than white noise its innovations vary at best.
@@ -80,6 +82,9 @@ impl Fit {
         pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
     }
 }
+
+/// Normal matrix and gradient.
+pub(crate) type Normal = (DMatrix<f64>, DVector<f64>);
 
 /// Bundled innovations of one evaluation, with the channel offsets.
 #[derive(Clone, Default)]
@@ -133,7 +138,7 @@ impl Problem<'_> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = terms::sum(self.terms, hypothesis.factors(values));
         let wanted = wanted & self.judgeable;
-        Some(bundle(&balance::innovations(self.record, &plant, &added, &self.stretches, wanted)))
+        Some(bundle(&balance::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted)))
     }
 
     fn channel_cost(residuals: &Residuals) -> [f64; 4] {
@@ -182,17 +187,23 @@ impl Problem<'_> {
         (out, step)
     }
 
-    /// Gradient and normal matrix in units of the parameters' scales.
+    /// Normal matrix and gradient in units of the parameters' scales; `known` is that of the first columns.
     pub(crate) fn normal(
         &self,
         hypothesis: &Hypothesis,
         values: &[f64],
         base: &Residuals,
-        columns: &[Residuals],
-    ) -> (DMatrix<f64>, DVector<f64>) {
+        columns: &[&Residuals],
+        known: Option<&Normal>,
+    ) -> Normal {
         let n = columns.len();
         let mut matrix = DMatrix::zeros(n, n);
         let mut gradient = DVector::zeros(n);
+        let first = known.map_or(0, |(_, gradient)| gradient.len());
+        if let Some((known_matrix, known_gradient)) = known {
+            matrix.view_mut((0, 0), (first, first)).copy_from(known_matrix);
+            gradient.rows_mut(0, first).copy_from(known_gradient);
+        }
         for channel in 0..4 {
             let residuals = &base.channels[channel];
             if residuals.is_empty() {
@@ -200,7 +211,7 @@ impl Problem<'_> {
             }
             let factor = 1.0 / self.dispersion[channel];
             let weights: Vec<f64> = residuals.iter().map(|e| weight(*e) * factor).collect();
-            for i in 0..n {
+            for i in first..n {
                 let a = &columns[i].channels[channel];
                 if a.is_empty() {
                     continue;
@@ -215,7 +226,7 @@ impl Problem<'_> {
                 }
             }
         }
-        for i in 0..n {
+        for i in first..n {
             if let Some(tolerance) = hypothesis.parameters[i].tolerance {
                 let scaled = hypothesis.parameters[i].scale / tolerance;
                 matrix[(i, i)] += scaled * scaled;
@@ -228,6 +239,25 @@ impl Problem<'_> {
         (matrix, gradient)
     }
 
+    /// The same problem on a part of its data, for comparisons among candidates; with how many times more data it has.
+    pub(crate) fn thinned(&self) -> (Self, f64) {
+        let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
+        let (all, interval) = (count(&self.stretches), self.record.quality.interval_s.max(1.0e-6));
+        let every = (all * interval / ENOUGH_TO_COMPARE_S).round().max(1.0) as usize;
+        let length = ((PIECE_S / interval) as usize).max(1);
+        let pieces = self.stretches.iter().flat_map(|stretch| {
+            let starts = stretch.range().step_by(length).map(|start| (start, (start + length).min(stretch.end)));
+            starts.map(|(start, end)| Stretch { start, end, ..*stretch })
+        });
+        let mut stretches: Vec<Stretch> = pieces.step_by(every).collect();
+        stretches.retain(|piece| piece.range().len() as f64 * interval >= SHORTEST_STRETCH_S);
+        if every == 1 || stretches.is_empty() {
+            stretches.clone_from(&self.stretches);
+        }
+        let ratio = all / count(&stretches).max(1.0);
+        (Self { stretches, ..*self }, ratio)
+    }
+
     /// Cost that noise alone makes in some channels.
     pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
         let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE;
@@ -236,28 +266,38 @@ impl Problem<'_> {
 
     /// Judges a hypothesis as it is.
     pub(crate) fn judge(&self, hypothesis: Hypothesis) -> Option<Fit> {
-        self.descend(hypothesis, 0, 0)
+        self.refit(hypothesis, 0, 0)
     }
 
     /// Fits all parameters of a hypothesis from its values.
     pub(crate) fn fit(&self, hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
-        self.refit(hypothesis, self.judgeable, iterations)
+        self.settle(hypothesis, self.judgeable, iterations, f64::INFINITY)
     }
 
-    /// Fits the parameters that matter after something changed in some channels, from the hypothesis' values; those of
-    /// channels that no parameter ties to the changed ones stay where an earlier fit left them.
-    pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
-        let mut fit = self.descend(hypothesis, changed, iterations)?;
-        let rounds = if iterations > RANKING { RUGGED_ROUNDS } else { 0 };
-        for _ in 0..rounds {
+    /// [`Problem::refit`], and a look beside the solution on rugged ground, unless that could not take it to `goal`.
+    pub(crate) fn settle(
+        &self,
+        hypothesis: Hypothesis,
+        changed: Channels,
+        iterations: usize,
+        goal: f64,
+    ) -> Option<Fit> {
+        let mut fit = self.refit(hypothesis, changed, iterations)?;
+        for _ in 0..RUGGED_ROUNDS {
+            let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
+            if fit.cost(self) - MOST_FOUND_BESIDE * left > goal {
+                break;
+            }
             let Some(better) = self.beside(&fit, changed) else { break };
-            fit = self.descend(better, changed, iterations)?;
+            fit = self.refit(better, changed, iterations)?;
         }
         Some(fit)
     }
 
-    /// Levenberg-Marquardt steps from the hypothesis' values.
-    fn descend(&self, mut hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
+    /// Fits the parameters that matter after something changed in some channels, by Levenberg-Marquardt steps from the
+    /// hypothesis' values; those of channels that no parameter ties to the changed ones stay where an earlier fit left
+    /// them.
+    pub(crate) fn refit(&self, mut hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
         let reached = reached(&hypothesis.parameters, changed);
@@ -265,24 +305,24 @@ impl Problem<'_> {
         let mut cost = self.total(&residuals, &hypothesis, &values);
         // Priors are many decades weaker than data where the two do not compete; damping must stay below both.
         let mut damping = 1.0e-7;
+        let mut columns: Vec<Residuals> = vec![Residuals::default(); values.len()];
+        // After a small step the columns of nominal values serve once more. Only a step with all columns new ends a fit.
+        let mut all_new = true;
         'iterations: for _ in 0..iterations {
             if hypothesis.parameters.is_empty() {
                 break;
             }
-            let columns: Vec<Residuals> = (hypothesis.parameters.iter().enumerate())
-                .map(|(index, parameter)| {
-                    if free(parameter) {
-                        self.column(&hypothesis, &values, &residuals, index, 0.02).0
-                    } else {
-                        Residuals::default()
-                    }
-                })
-                .collect();
-            let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &columns);
+            for (index, (parameter, column)) in hypothesis.parameters.iter().zip(&mut columns).enumerate() {
+                if free(parameter) && (all_new || parameter.tolerance.is_none()) {
+                    *column = self.column(&hypothesis, &values, &residuals, index, 0.02).0;
+                }
+            }
+            let references: Vec<&Residuals> = columns.iter().collect();
+            let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &references, None);
             for _ in 0..7 {
                 let mut held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
                 held.extend((0..values.len()).filter(|i| !free(&hypothesis.parameters[*i])));
-                let Some(step) = solve(&matrix, &gradient, &held, damping) else { break 'iterations };
+                let Some(step) = solve(&matrix, &gradient, &held, damping) else { break };
                 let trial = limited(&hypothesis.parameters, &values, &step);
                 let evaluated = self.evaluate(&hypothesis, &trial, reached).map(|mut new| {
                     for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
@@ -299,14 +339,20 @@ impl Problem<'_> {
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    if gained < CONVERGED + 1.0e-6 * cost {
+                    let converged = gained < CONVERGED + 1.0e-6 * cost;
+                    if converged && all_new {
                         break 'iterations;
                     }
+                    let far = step.iter().any(|moved| moved.abs() > NEAR) || gained > SMALL_GAIN * cost;
+                    all_new = converged || far || !all_new;
                     continue 'iterations;
                 }
                 damping = (damping * 60.0).max(1.0e-6);
             }
-            break;
+            if all_new {
+                break;
+            }
+            all_new = true;
         }
         hypothesis.values = values;
         hypothesis.put_in_order();
@@ -316,52 +362,6 @@ impl Problem<'_> {
     fn finish(&self, hypothesis: Hypothesis, residuals: &Residuals) -> Fit {
         let prior_cost = prior(&hypothesis, &hypothesis.values);
         Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
-    }
-
-    /// What extending a fit to each of some hypotheses would gain: exact at their starting values, to first order from
-    /// there. The candidates hold the fit's parameters first, then those they add.
-    pub(crate) fn scores(&self, fit: &Fit, candidates: &[Hypothesis]) -> Vec<f64> {
-        use rayon::prelude::*;
-        let values = &fit.hypothesis.values;
-        let Some(base) = self.evaluate(&fit.hypothesis, values, self.judgeable) else {
-            return vec![0.0; candidates.len()];
-        };
-        let own: Vec<Residuals> = (0..values.len())
-            .into_par_iter()
-            .map(|index| self.column(&fit.hypothesis, values, &base, index, 0.02).0)
-            .collect();
-        candidates
-            .par_iter()
-            .map(|extended| {
-                let added = || extended.parameters.iter().zip(&extended.values).skip(values.len());
-                let neutral = added().all(|(p, v)| p.neutral == *v || *v == 0.0);
-                let touched = added().fold(0, |all, (p, _)| all | p.channels);
-                let mut at_start = base.clone();
-                if !neutral {
-                    let Some(moved) = self.evaluate(extended, &extended.values, touched) else { return 0.0 };
-                    for (to, from) in at_start.channels.iter_mut().zip(moved.channels) {
-                        if !from.is_empty() {
-                            *to = from;
-                        }
-                    }
-                }
-                let mut columns = own.clone();
-                for index in values.len()..extended.parameters.len() {
-                    // Where a play or a delay has to be overcome first, a small step shows nothing.
-                    let smoothless =
-                        matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
-                    let step = if smoothless { 0.2 } else { 0.02 };
-                    columns.push(self.column(extended, &extended.values, &at_start, index, step).0);
-                }
-                let gain = |residuals: &Residuals, n: usize| {
-                    let (matrix, gradient) = self.normal(extended, &extended.values, residuals, &columns[..n]);
-                    let matrix = regularised(&matrix, 1.0e-14);
-                    matrix.cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(&gradient)))
-                };
-                let cost = |residuals: &Residuals| self.total(residuals, extended, &extended.values);
-                (cost(&base) - cost(&at_start) + gain(&at_start, columns.len()) - gain(&base, own.len())).max(0.0)
-            })
-            .collect()
     }
 
     /// Whether an effect of plainly visible size would change the predictions by more than it must gain to be named.
@@ -392,7 +392,7 @@ impl Problem<'_> {
         let values = &fit.hypothesis.values;
         let plant = fit.hypothesis.plant(self.rig, values)?;
         let added = terms::sum(self.terms, fit.hypothesis.factors(values));
-        Some(balance::innovations(self.record, &plant, &added, &self.stretches, self.judgeable))
+        Some(balance::innovations(self.record, self.signals, &plant, &added, &self.stretches, self.judgeable))
     }
 
     /// The channels' dispersion at a fit: variance of bundled innovations including their correlation over a block.

@@ -1,6 +1,6 @@
 //! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
 
-use crate::balance::motion;
+use crate::balance::{command, motion, supply};
 use crate::outcome::{Gain, HoldOut, PerChannel};
 use crate::record::{Record, Stretch};
 use plant_model::{Inputs, Plant, Simulator, State, Stepper, Tolerance};
@@ -30,28 +30,28 @@ pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile) -> Op
     if !(has.command && has.pressure_a && has.pressure_b) {
         return None;
     }
-    let baseline = Plant::new(&nominal.rig, &nominal.effects).ok()?;
-    let better = Plant::new(&extended.rig, &extended.effects).ok()?;
+    let baseline = Model::new(record, Plant::new(&nominal.rig, &nominal.effects).ok()?);
+    let better = Model::new(record, Plant::new(&extended.rig, &extended.effects).ok()?);
     let mut errors = [Errors::default(), Errors::default(), Errors::default()];
     let mut overlay = Overlay::default();
     let mut noise = Deviates(0x2545_F491_4F6C_DD1D);
     for stretch in record.stretches.iter().filter(|s| s.held_back) {
         for window in windows(record, stretch) {
             let (start, end) = window;
-            let predictions = [&baseline, &better].map(|plant| predict(record, plant, stretch, start, end, [0.0; 4]));
-            // A perfect model would still start from a state that is known within the sensors' noise.
-            let blurred = predict(record, &better, stretch, start, end, restart_error(record, &mut noise));
+            let run_in = run_in(record, stretch, start);
+            let predictions = [&baseline, &better].map(|model| predict(record, model, run_in, start, end));
+            // Were the extended model the rig, its predictions would still miss the sensors' noise, and what that and
+            // smoothing leave unknown about the start.
+            let perfect = as_if(record, &better, run_in..end, &mut noise);
+            let alike = Model { plant: better.plant, supply_pa: better.supply_pa[run_in..end].to_vec() };
+            let own = predict(&perfect, &alike, 0, start - run_in, end - run_in);
             for (k, at) in (start..end).enumerate() {
                 let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
                 errors[0].add(&measured, &predictions[0][k]);
                 errors[1].add(&measured, &predictions[1][k]);
-                let q = &record.quality;
-                let sensed = [
-                    blurred[k][0] + noise.next() * q.position.standard_deviation,
-                    blurred[k][1] + noise.next() * q.pressure_a.standard_deviation,
-                    blurred[k][2] + noise.next() * q.pressure_b.standard_deviation,
-                ];
-                errors[2].add(&sensed, &predictions[1][k]);
+                let at_perfect = at - run_in;
+                let sensed = [perfect.y_m[at_perfect], perfect.p_a_pa[at_perfect], perfect.p_b_pa[at_perfect]];
+                errors[2].add(&sensed, &own[k]);
                 overlay.t_s.push(record.t_s[at]);
                 for channel in 0..3 {
                     overlay.measured[channel].push(measured[channel]);
@@ -83,73 +83,91 @@ fn windows(record: &Record, stretch: &Stretch) -> Vec<(usize, usize)> {
     out
 }
 
-/// Position, velocity and pressure errors of a measured state, one draw.
-fn restart_error(record: &Record, noise: &mut Deviates) -> [f64; 4] {
+/// A model with the supply pressure it sees over a recording: as measured, else as the model says.
+struct Model {
+    plant: Plant<f64>,
+    supply_pa: Vec<f64>,
+}
+
+impl Model {
+    fn new(record: &Record, plant: Plant<f64>) -> Self {
+        let openings = command::openings(record, &plant);
+        let supply_pa = supply::pressures(record, &plant, &openings).at_valve;
+        Self { plant, supply_pa }
+    }
+}
+
+/// Where to begin so that the command path has run in at `start`.
+fn run_in(record: &Record, stretch: &Stretch, start: usize) -> usize {
+    let interval = record.quality.interval_s.max(1.0e-6);
+    start - ((RUN_IN_S / interval) as usize).min(start - stretch.start)
+}
+
+/// What the sensors would have shown over a part of the recording had the model been the rig, noise included.
+fn as_if(record: &Record, model: &Model, range: core::ops::Range<usize>, noise: &mut Deviates) -> Record {
+    let mut simulator = simulator(&model.plant, measured_state(record, model, range.start));
     let q = &record.quality;
-    // Standard errors at the middle of the smoothing parabolas: sigma sqrt(2.25 / samples).
-    let of = |sigma: f64, samples: f64| sigma * (2.25 / samples).sqrt();
-    [
-        noise.next() * of(q.position.standard_deviation, 15.0),
-        noise.next() * motion::velocity_error(record),
-        noise.next() * of(q.pressure_a.standard_deviation, 17.0),
-        noise.next() * of(q.pressure_b.standard_deviation, 17.0),
-    ]
+    let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
+    for k in range.clone() {
+        let m = simulator.measure();
+        let sigmas = [&q.position, &q.pressure_a, &q.pressure_b].map(|channel| channel.standard_deviation);
+        for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
+            signal.push(value + noise.next() * sigma);
+        }
+        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
+    }
+    record.replaced(range, signals)
+}
+
+fn simulator(plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
+    Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()))
+}
+
+/// The state at a sample as far as the sensors tell it.
+fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
+    let plant = &model.plant;
+    let c = plant.coefficients();
+    let v = record.motion.slope[k] / c.position_scale;
+    let y = record.motion.value[k] / c.position_scale + v * c.position_delay_s;
+    let lag = c.pressure_time_constant_s;
+    let (sensed_a, sensed_b) =
+        (record.p_a_smooth.value[k] - c.pressure_a_offset_pa, record.p_b_smooth.value[k] - c.pressure_b_offset_pa);
+    let (p_a, p_b) = (sensed_a + lag * record.p_a_smooth.slope[k], sensed_b + lag * record.p_b_smooth.slope[k]);
+    let mut state = plant.state_at_rest(y, p_a, p_b);
+    state.p_a_sensed_pa = sensed_a;
+    state.p_b_sensed_pa = sensed_b;
+    state.p_sup_pa = model.supply_pa[k];
+    let moving = v.abs() > 4.0 * motion::velocity_error(record);
+    let limit = plant.friction_level(&State { v_m_per_s: v, ..state }).force_n / c.stiffness;
+    if moving {
+        state.v_m_per_s = v;
+        state.z_m = limit * v.signum();
+    } else {
+        let force = c.area_m2 * (p_a - p_b) - c.constant_force_n;
+        state.z_m = (force / c.stiffness).clamp(-limit, limit);
+    }
+    state
+}
+
+fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
+    let c = model.plant.coefficients();
+    Inputs {
+        u_v: record.u_v[k],
+        external_force_n: record.f_ext_n.get(k).copied().unwrap_or(0.0),
+        supply_pa: if c.droop_pa_s_per_kg > 0.0 { c.supply_pa } else { model.supply_pa[k] },
+    }
 }
 
 /// Predicts position and pressures, sample by sample, from the state measured at `start`.
-fn predict(
-    record: &Record,
-    plant: &Plant<f64>,
-    stretch: &Stretch,
-    start: usize,
-    end: usize,
-    blur: [f64; 4],
-) -> Vec<[f64; 3]> {
-    let c = plant.coefficients();
-    let measured_state = |k: usize| -> State<f64> {
-        let v = record.motion.slope[k] / c.position_scale;
-        let y = record.motion.value[k] / c.position_scale + v * c.position_delay_s;
-        let lag = c.pressure_time_constant_s;
-        let (sensed_a, sensed_b) =
-            (record.p_a_smooth.value[k] - c.pressure_a_offset_pa, record.p_b_smooth.value[k] - c.pressure_b_offset_pa);
-        let (p_a, p_b) = (
-            sensed_a + lag * record.p_a_smooth.slope[k] + blur[2],
-            sensed_b + lag * record.p_b_smooth.slope[k] + blur[3],
-        );
-        let mut state = plant.state_at_rest(y + blur[0], p_a, p_b);
-        state.p_a_sensed_pa = sensed_a + blur[2];
-        state.p_b_sensed_pa = sensed_b + blur[3];
-        state.p_sup_pa = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
-        let moving = v.abs() > 4.0 * motion::velocity_error(record);
-        let limit = plant.friction_level(&State { v_m_per_s: v, ..state }).force_n / c.stiffness;
-        if moving {
-            state.v_m_per_s = v + blur[1];
-            state.z_m = limit * v.signum();
-        } else {
-            let force = c.area_m2 * (p_a - p_b) - c.constant_force_n;
-            state.z_m = (force / c.stiffness).clamp(-limit, limit);
-        }
-        state
-    };
-    let inputs = |k: usize| Inputs {
-        u_v: record.u_v[k],
-        external_force_n: record.f_ext_n.get(k).copied().unwrap_or(0.0),
-        supply_pa: if c.droop_pa_s_per_kg > 0.0 {
-            c.supply_pa
-        } else {
-            record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa)
-        },
-    };
-    let interval = record.quality.interval_s.max(1.0e-6);
-    let run_in = (start - ((RUN_IN_S / interval) as usize).min(start - stretch.start)).max(stretch.start);
-    let stepper = Stepper::adaptive(&Tolerance::standard());
-    let mut simulator = Simulator::<f64, 256>::from_state(*plant, measured_state(run_in), stepper);
+fn predict(record: &Record, model: &Model, run_in: usize, start: usize, end: usize) -> Vec<[f64; 3]> {
+    let c = model.plant.coefficients();
+    let mut simulator = simulator(&model.plant, measured_state(record, model, run_in));
     for k in run_in..start {
-        simulator.advance_with(&inputs(k), record.interval_s(k));
+        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
     // What is under way to the valve stays; everything the sensors see is set to what they saw.
     let kept = *simulator.state();
-    let mut state = measured_state(start);
+    let mut state = measured_state(record, model, start);
     state.spool_v = kept.spool_v;
     if !record.available.supply {
         state.p_sup_pa = kept.p_sup_pa;
@@ -161,7 +179,7 @@ fn predict(
         // A late position signal first shows what was there before the restart, which is what was measured.
         let late = c.position_delay_s > 0.0 && record.t_s[k] - record.t_s[start] < c.position_delay_s;
         out.push([if late { record.motion.value[k] } else { m.y_m }, m.p_a_pa, m.p_b_pa]);
-        simulator.advance_with(&inputs(k), record.interval_s(k));
+        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
     out
 }

@@ -6,10 +6,10 @@
 //! the two together separate them. One direction alone gives a bound.
 
 use crate::diagnose::{Diagnosis, Evidence, LogSummary};
-use crate::outcome::{Cause, Estimate, Verdict};
+use crate::outcome::{Cause, Estimate};
 use crate::record::Record;
 use plant_model::Effect;
-use rig_files::{Log, RigFile};
+use rig_files::{Log, RigFile, Verdict};
 use serde::Serialize;
 
 /// The measured chamber counts as vented below this part of its highest gauge pressure; what is left of it is accounted for.

@@ -2,33 +2,6 @@
 
 use serde::Serialize;
 
-/// The sentence everything else supports.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// The nominal model predicts the log as well as its noise allows.
-    NoGap,
-    /// Named causes close the gap.
-    Explained,
-    /// Named causes close a part of the gap; a significant rest remains.
-    PartlyExplained,
-    /// A gap is there, and no known effect closes it.
-    Unexplained,
-}
-
-impl Verdict {
-    /// The word in `diagnosis.json`.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::NoGap => "no-gap",
-            Self::Explained => "explained",
-            Self::PartlyExplained => "partly-explained",
-            Self::Unexplained => "unexplained",
-        }
-    }
-}
-
 /// A fitted value with its standard error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {

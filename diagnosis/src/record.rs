@@ -141,6 +141,26 @@ impl Record {
         record
     }
 
+    /// A part of the recording with another position and other chamber pressures in the place of the measured ones.
+    pub(crate) fn replaced(&self, range: core::ops::Range<usize>, [y_m, p_a_pa, p_b_pa]: [Vec<f64>; 3]) -> Self {
+        let part = |signal: &[f64]| if signal.is_empty() { Vec::new() } else { signal[range.clone()].to_vec() };
+        let mut out = Self {
+            t_s: part(&self.t_s),
+            u_v: part(&self.u_v),
+            f_ext_n: part(&self.f_ext_n),
+            p_sup_pa: part(&self.p_sup_pa),
+            y_m,
+            p_a_pa,
+            p_b_pa,
+            stretches: vec![Stretch { start: 0, end: range.len(), held_back: true }],
+            available: self.available,
+            quality: self.quality.clone(),
+            ..Self::default()
+        };
+        out.smooth();
+        out
+    }
+
     /// Number of usable samples.
     pub(crate) fn len(&self) -> usize {
         self.t_s.len()

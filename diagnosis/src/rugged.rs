@@ -8,7 +8,7 @@ use crate::hypothesis::{Hypothesis, Parameter, Slot};
 const RUGGED_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
 /// First step beside a solution, in plainly visible changes; it is divided by three until something is gained.
 const FIRST_STEP: f64 = 0.4;
-const TRIALS: usize = 5;
+const TRIALS: usize = 4;
 /// Least gain worth a move.
 const LEAST_GAIN: f64 = 1.0;
 /// A rise of the cost that chance does not make: this much, and this part of what the fit leaves.

@@ -82,7 +82,19 @@ fn charged(problem: &Problem<'_>, fit: &Fit) -> f64 {
     if fit.hypothesis.effects.iter().any(|effect| negligible(fit, *effect)) {
         return f64::INFINITY;
     }
+    with_gates(problem, fit)
+}
+
+fn with_gates(problem: &Problem<'_>, fit: &Fit) -> f64 {
     fit.cost(problem) + fit.hypothesis.effects.iter().map(|e| gate(problem, fit, *e)).sum::<f64>()
+}
+
+/// What an addition is worth before what it makes needless is taken out: earlier causes may have become negligible.
+fn promise(problem: &Problem<'_>, fit: &Fit) -> f64 {
+    if fit.hypothesis.effects.last().is_some_and(|added| negligible(fit, *added)) {
+        return f64::INFINITY;
+    }
+    with_gates(problem, fit)
 }
 
 /// Effects that the log could show at all.
@@ -136,7 +148,8 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
         _ => {
             let parameter = problem.parameters(effect)[0];
             let at = |factor: f64| (neutral[0] + factor * parameter.scale).clamp(parameter.min, parameter.max);
-            let mut values = vec![at(0.0), at(1.0), at(-1.0)];
+            let mut values = [0.0, 1.0, -1.0, 0.25, -0.25].map(at).to_vec();
+            values.sort_by(f64::total_cmp);
             values.dedup();
             values.into_iter().map(|value| vec![value]).collect()
         }
@@ -175,19 +188,23 @@ fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
         .iter()
         .map(|(effect, start)| from.hypothesis.beside(*effect, problem.parameters(*effect), start))
         .collect();
-    let mut scores = problem.scores(from, &extended);
+    // On a part of the data: what it gains there stands for the rest.
+    let (thinned, ratio) = problem.thinned();
+    let mut scores = thinned.scores(from, &extended);
     // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
-    let relaxed = from.hypothesis.relaxed();
-    if relaxed.values != from.hypothesis.values
-        && let Some(fit) = problem.judge(relaxed)
+    let strained = from.hypothesis.strained();
+    if strained != 0
+        && let Some(fit) = thinned.judge(from.hypothesis.relaxed())
     {
-        let extended: Vec<Hypothesis> = open
-            .iter()
-            .map(|(effect, start)| fit.hypothesis.beside(*effect, problem.parameters(*effect), start))
-            .collect();
-        let others = problem.scores(&fit, &extended);
-        scores.iter_mut().zip(others).for_each(|(score, other)| *score = score.max(other));
+        let acting: Vec<usize> = (0..open.len()).filter(|k| hypothesis::channels(open[*k].0) & strained != 0).collect();
+        let beside = |k: &usize| {
+            let (effect, start) = &open[*k];
+            fit.hypothesis.beside(*effect, problem.parameters(*effect), start)
+        };
+        let others = thinned.scores(&fit, &acting.iter().map(beside).collect::<Vec<_>>());
+        acting.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
+    scores.iter_mut().for_each(|score| *score *= ratio);
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -204,7 +221,7 @@ fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
     out
 }
 
-/// Fits the most promising additions to a hypothesis in full, at most `keep`; best charged cost first.
+/// Fits the most promising additions to a hypothesis in full, at most `keep`; the best first.
 fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried>) -> Vec<Fit> {
     let mut candidates = promising(problem, from);
     let base = from.cost(problem);
@@ -238,12 +255,14 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
     }));
     let starts: Vec<(Effect, &[f64])> =
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
-    // A few steps show which are worth more.
+    // A few steps on a part of the data show which are worth more.
+    let (thinned, _) = problem.thinned();
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
             let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start);
-            problem.refit(extended, hypothesis::channels(*effect), FIRST_ITERATIONS)
+            let fit = thinned.refit(extended, hypothesis::channels(*effect), FIRST_ITERATIONS)?;
+            problem.judge(fit.hypothesis)
         })
         .collect();
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
@@ -255,7 +274,7 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
         .enumerate()
         .filter_map(|(place, fit)| {
             let changed = fit.hypothesis.effects.last().map_or(0, |effect| hypothesis::channels(*effect));
-            let finish = || problem.refit(fit.hypothesis.clone(), changed, ITERATIONS);
+            let finish = || problem.settle(fit.hypothesis.clone(), changed, ITERATIONS, lowest);
             if place < finished { finish() } else { Some(fit.clone()) }
         })
         .collect();
@@ -271,7 +290,7 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
             }
         })
     });
-    fits.sort_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
+    fits.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
     tried.extend(fits.iter().map(|fit| Tried {
         effects: fit.hypothesis.effects.clone(),
         cost: fit.undispersed(),
@@ -306,10 +325,14 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
         let fits = extensions(problem, &current, FITTED, &mut tried);
         let Some(next) = fits.into_iter().next() else { break };
+        if promise(problem, &next) >= charged(problem, &current) {
+            break;
+        }
+        let next = prune(problem, next);
         if charged(problem, &next) >= charged(problem, &current) {
             break;
         }
-        current = prune(problem, next);
+        current = next;
     }
     // What no hypothesis explains makes every gain less certain.
     problem.dispersion = problem.dispersion_at(&current);
@@ -352,7 +375,8 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, tried: &mut V
 
 /// The fit without one of its causes.
 fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
-    problem.refit(fit.hypothesis.without(effect, problem.nominal), hypothesis::channels(effect), ITERATIONS)
+    let smaller = fit.hypothesis.without(effect, problem.nominal);
+    problem.settle(smaller, hypothesis::channels(effect), ITERATIONS, charged(problem, fit))
 }
 
 /// Replaces causes one at a time by better ones, as long as that helps; with what else could stand for each.
@@ -361,12 +385,15 @@ fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> (Fi
         let effects = best.hypothesis.effects.clone();
         let all: Vec<_> = effects.iter().map(|effect| alternatives(problem, &best, *effect, tried)).collect();
         let fits = all.iter().flatten().filter_map(|a| a.instead.first());
-        let better = fits.min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
-        match better {
-            Some(fit) if round < EXCHANGES && charged(problem, fit) < charged(problem, &best) - 1.0 => {
-                best = prune(problem, fit.clone());
-            }
-            _ => return (best, all),
+        let better = fits.min_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+        let enough = charged(problem, &best) - 1.0;
+        let exchanged = better
+            .filter(|fit| round < EXCHANGES && promise(problem, fit) < enough)
+            .map(|fit| prune(problem, fit.clone()))
+            .filter(|fit| charged(problem, fit) < enough);
+        match exchanged {
+            Some(fit) => best = fit,
+            None => return (best, all),
         }
     }
     (best, Vec::new())

@@ -1,8 +1,8 @@
 //! Hides an effect in a log made by an independent simulator and asks the diagnosis to find it.
 
-use diagnosis::{Diagnosis, Verdict, diagnose};
+use diagnosis::{Diagnosis, diagnose};
 use plant_model::Effect;
-use rig_files::{Log, RigFile};
+use rig_files::{Log, RigFile, Verdict};
 use synthesis::blind::{Class, Nominal, Plan, plans};
 
 fn cases(class: Class, nominal: Nominal, count: usize) -> Vec<(Plan, RigFile, Log, Vec<String>)> {

@@ -3,7 +3,7 @@
 use crate::coefficients::Coefficients;
 use crate::dead_zone::DeadZone;
 use crate::effects::Effects;
-use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre};
+use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
 use crate::valve_flow::{Iso6358, Orifices};
@@ -208,7 +208,25 @@ impl<R: Real> Plant<R> {
     #[inline]
     #[must_use]
     pub fn friction_level(&self, state: &State<R>) -> Level<R> {
-        self.level::<true>(state).0
+        self.level::<true, false>(state).0
+    }
+
+    /// A force in N below which no sliding force lies, at any state.
+    #[must_use]
+    pub fn least_friction_level_n(&self) -> R {
+        if self.level_varies { self.minimum_level_n } else { self.lugre.coulomb_n.at_most(self.lugre.static_n) }
+    }
+
+    /// Friction force and bristle rate at a state (3.9, 3.10), effects included, with partial derivatives. Resting pistons
+    /// are cheap: their sliding force need not be known.
+    #[inline]
+    #[must_use]
+    pub fn friction_at(&self, state: &State<R>) -> Response<R> {
+        let (z, v) = (state.z_m, state.v_m_per_s);
+        if !self.level_varies && self.lugre.is_elastic(z, v) {
+            return self.lugre.elastic_response(z, v);
+        }
+        self.lugre.respond(z, v, &self.friction_level(state))
     }
 
     /// The dead zone in force.

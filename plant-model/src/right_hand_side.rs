@@ -113,9 +113,9 @@ impl<R: Real> Plant<R> {
     }
 
     /// Sliding force `g` with the effects of direction, position and pressure, and its derivatives by `y` and by the
-    /// sum of the pressures.
+    /// sum of the pressures, which are meaningful only with `PARTIALS`.
     #[inline]
-    pub(crate) fn level<const EXTENDED: bool>(&self, state: &State<R>) -> (Level<R>, R, R) {
+    pub(crate) fn level<const EXTENDED: bool, const PARTIALS: bool>(&self, state: &State<R>) -> (Level<R>, R, R) {
         let plain = self.lugre.level(state.v_m_per_s);
         if !EXTENDED || !self.level_varies {
             return (plain, R::ZERO, R::ZERO);
@@ -125,7 +125,8 @@ impl<R: Real> Plant<R> {
         let (wave, wave_slope) = if m.position_amplitude == R::ZERO {
             (R::ZERO, R::ZERO)
         } else {
-            (m.position_amplitude * angle.sin(), m.position_amplitude * m.position_wave_number * angle.cos())
+            let slope = if PARTIALS { m.position_wave_number * angle.cos() } else { R::ZERO };
+            (m.position_amplitude * angle.sin(), m.position_amplitude * slope)
         };
         let direction = R::ONE + m.asymmetry * state.v_m_per_s.sign();
         let place = R::ONE + m.position_slope * state.y_m + wave;
@@ -190,7 +191,7 @@ impl<R: Real> Plant<R> {
         let (friction, level_by_y, level_by_p) = if !self.level_varies && self.lugre.is_elastic(state.z_m, v) {
             (self.lugre.elastic_response(state.z_m, v), R::ZERO, R::ZERO)
         } else {
-            let (level, by_y, by_p) = self.level::<EXTENDED>(state);
+            let (level, by_y, by_p) = self.level::<EXTENDED, PARTIALS>(state);
             (self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level), by_y, by_p)
         };
 

@@ -50,7 +50,7 @@ fn main() -> ExitCode {
         Some(Command::Record(arguments)) => commands::record::run(&arguments),
         Some(Command::Board(arguments)) => commands::board::run(&arguments),
     };
-    match result {
+    match result.and_then(|()| commands::all_printed()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");

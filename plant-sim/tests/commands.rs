@@ -66,6 +66,24 @@ fn simulate_starts_where_it_is_told_and_holds_each_command_until_the_next_row() 
     assert!(log.y_m[1] > 0.0, "half a second at 2 V moves the piston far");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_result_that_cannot_be_printed_or_kept_is_no_success() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let full = std::fs::File::options().write(true).open("/dev/full").expect("exists on Linux");
+    let words = ["experiment", "--rig", "rigs/paper-a.toml"];
+    let run = plant_sim().args(words).stdout(full).output().expect("runs");
+    assert_eq!(run.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("could not be printed"));
+
+    // A folder that cannot be made is refused before anything is computed.
+    let file = folder.path().join("file");
+    std::fs::write(&file, "").expect("written");
+    let run = plant_sim().args(["run", "--out"]).arg(file.join("out")).output().expect("runs");
+    assert_eq!(run.status.code(), Some(2));
+    assert!(run.stdout.is_empty(), "{}", String::from_utf8_lossy(&run.stdout));
+}
+
 #[test]
 fn without_arguments_the_three_cylinders_run_and_the_report_says_where_it_is() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! The two file formats of the project: the rig file (TOML) and the log (CSV).
+//! The two file formats of the project, the rig file (TOML) and the log (CSV), and the words of a third, `diagnosis.json`.
 //!
 //! Parsing is strict: an unknown key, a missing column, text where a number belongs, a NaN or time that goes backwards
 //! gives one [`InputError`] naming the file, the line or key, and the remedy. Files are written to a temporary name and
@@ -22,6 +22,7 @@ mod rig_file;
 mod rig_toml;
 mod table;
 mod tolerance;
+mod verdict;
 mod write;
 
 pub use document::{Document, Entry};
@@ -32,4 +33,5 @@ pub use log::{Column, Gap, Log};
 pub use rig_file::RigFile;
 pub use table::{Expected, Table};
 pub use tolerance::Tolerance;
+pub use verdict::Verdict;
 pub use write::{read_text, write_file};

@@ -1,11 +1,11 @@
 //! The suite itself must be able to tell a good diagnosis from a bad one.
 
 use plant_model::Effect;
-use rig_files::{Log, RigFile};
+use rig_files::{Log, RigFile, Verdict};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use synthesis::Cause;
 use synthesis::blind::{
-    Answer, Class, Estimate, Named, Nominal, Outcome, Plan, Score, Verdict, case_lines, markdown, plans, run, score,
+    Answer, Class, Estimate, Named, Nominal, Outcome, Plan, Score, case_lines, markdown, plans, run, score,
 };
 
 /// Every class and both nominals, without recording anything.
@@ -147,7 +147,8 @@ fn a_failing_diagnosis_fails_its_case_and_not_the_suite() {
     let entries = run(&plans, &[RigFile::paper_c()], 2, &failing, &|_| {}).expect("threads start");
     assert_eq!(count.load(Ordering::Relaxed), 2);
     assert!(entries.iter().all(|entry| entry.score.is_none()));
-    let table = markdown(&entries, "plant-sim blind");
+    let table = markdown(&entries, 3, "plant-sim blind");
+    assert!(table.contains("2 of 3 cases have run"));
     assert!(table.contains("no idea") && table.contains(&plans[0].to_string()));
     assert_eq!(case_lines(&entries).lines().count(), 3);
 }

@@ -63,15 +63,14 @@ fn recorded(file: &str, found: &[u64]) {
     }
 }
 
+/// The guest's ELF file; says why where there is none.
+fn guest_or_skip() -> Option<&'static Path> {
+    guest().inspect_err(|why| println!("skipped: {why}")).ok()
+}
+
 #[test]
 fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recorded() {
-    let elf = match guest() {
-        Ok(elf) => elf,
-        Err(why) => {
-            println!("skipped: {why}");
-            return;
-        }
-    };
+    let Some(elf) = guest_or_skip() else { return };
     let mut worst = Counts::default();
     let (mut ticks, mut law_sum, mut all_sum) = (0_u64, 0_u64, 0_u64);
     println!("{:60} {:>6}  law: min mean max   with monitor: min mean max", "scenario", "ticks");
@@ -114,13 +113,7 @@ fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recor
 
 #[test]
 fn a_recorded_stream_of_the_running_firmware_becomes_a_log_with_every_sample_and_losses_become_gaps() {
-    let elf = match guest() {
-        Ok(elf) => elf,
-        Err(why) => {
-            println!("skipped: {why}");
-            return;
-        }
-    };
+    let Some(elf) = guest_or_skip() else { return };
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/paper_b_does_not_overshoot.toml");
     let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
     let stream = std::env::temp_dir().join(format!("positioner-telemetry-{}.bin", std::process::id()));
@@ -168,13 +161,7 @@ fn a_recorded_stream_of_the_running_firmware_becomes_a_log_with_every_sample_and
 
 #[test]
 fn bench_mode_simulates_the_same_rig_under_qemu_as_on_the_host_and_costs_what_is_recorded() {
-    let elf = match guest() {
-        Ok(elf) => elf,
-        Err(why) => {
-            println!("skipped: {why}");
-            return;
-        }
-    };
+    let Some(elf) = guest_or_skip() else { return };
     let mut found = [0, 0];
     for rig in ["paper-a", "paper-b", "paper-c"] {
         let text = format!(

@@ -12,15 +12,81 @@ pub(crate) enum Side {
 
 /// Time constant with which the prediction is drawn towards the measurement, s: long enough for leaks to build up,
 /// short enough to forget a chamber's past within a few strokes.
-const MEMORY_S: f64 = 1.0;
+pub const MEMORY_S: f64 = 1.0;
 /// The first part of every stretch, s, during which the prediction settles and is not counted: where the spool stood
 /// and what was under way to it is unknown there.
 const SETTLING_S: f64 = 0.1;
 /// Time constant while settling, s.
 const SETTLING_MEMORY_S: f64 = 0.02;
 
-/// What drives the chamber's mass flow, by sample.
+/// What the motion's effect on a chamber's air depends on beside the log.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Geometry {
+    volume_0_m3: f64,
+    /// Signed: the volume grows with it times the position.
+    area_m2: f64,
+    smallest_m3: f64,
+    position_delay_s: f64,
+    position_scale: f64,
+    exponent: f64,
+    energy_j_per_kg: f64,
+}
+
+impl Geometry {
+    pub(crate) fn of(plant: &Plant<f64>, side: Side) -> Self {
+        let c = plant.coefficients();
+        let (volume_0_m3, area_m2) =
+            if side == Side::A { (c.volume_a0_m3, c.area_m2) } else { (c.volume_b0_m3, -c.area_m2) };
+        Self {
+            volume_0_m3,
+            area_m2,
+            smallest_m3: MINIMUM_VOLUME_RATIO * c.area_m2 * 2.0 * c.half_stroke_m,
+            position_delay_s: c.position_delay_s,
+            position_scale: c.position_scale,
+            exponent: c.exponent,
+            energy_j_per_kg: plant.energy_j_per_kg(),
+        }
+    }
+}
+
+/// What happens to a chamber's air from each sample to the next, as far as it does not depend on the pressure.
+pub(crate) struct Strokes {
+    /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the halves.
+    first_half: Vec<f64>,
+    /// The same over the second half.
+    second_half: Vec<f64>,
+    /// Pressure per mass flow at the volume between, Pa s/kg.
+    pa_s_per_kg: Vec<f64>,
+}
+
+/// The strokes of a log, one for each sample but the last.
+pub(crate) fn strokes(record: &Record, g: &Geometry) -> Strokes {
+    let volume = |k: usize| {
+        let y = position(record, k, g.position_delay_s) / g.position_scale;
+        (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3)
+    };
+    let count = record.len().saturating_sub(1);
+    let mut out = Strokes {
+        first_half: Vec::with_capacity(count),
+        second_half: Vec::with_capacity(count),
+        pa_s_per_kg: Vec::with_capacity(count),
+    };
+    let mut v = if count > 0 { volume(0) } else { g.smallest_m3 };
+    for k in 0..count {
+        let next = volume(k + 1);
+        let middle = 0.5 * (v + next);
+        out.first_half.push(polytropic(v / middle, g.exponent));
+        out.second_half.push(polytropic(middle / next, g.exponent));
+        out.pa_s_per_kg.push(g.energy_j_per_kg / middle * record.interval_s(k));
+        v = next;
+    }
+    out
+}
+
+/// What drives the chamber's pressure, by sample.
 pub(crate) struct Drive<'a> {
+    /// What the piston's motion does.
+    pub(crate) strokes: &'a Strokes,
     /// Signed opening of the valve, rad.
     pub(crate) openings: &'a [f64],
     /// Supply pressure at the valve, Pa.
@@ -51,21 +117,12 @@ pub(crate) fn innovations(
     };
     let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
     let leak = if is_a { c.leak_a } else { c.leak_b };
-    let (volume_0, area) = if is_a { (c.volume_a0_m3, c.area_m2) } else { (c.volume_b0_m3, -c.area_m2) };
-    let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * 2.0 * c.half_stroke_m;
-    let energy = plant.energy_j_per_kg();
-    let volume = |k: usize| {
-        let at = k as f64;
-        let y = position(record, k, at, c.position_delay_s) / c.position_scale;
-        (volume_0 + area * y).max(smallest)
-    };
     let lag = c.pressure_time_constant_s;
 
     let mut out = Vec::new();
     for stretch in stretches {
         let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
         let mut sensed = smooth.value[stretch.start] - offset;
-        let mut v = volume(stretch.start);
         let settled = record.t_s[stretch.start] + SETTLING_S;
         for k in stretch.range() {
             let error = measured[k] - (sensed + offset);
@@ -82,10 +139,7 @@ pub(crate) fn innovations(
             p += drawn;
             sensed += drawn;
             let before = p;
-            // Compress halfway, exchange mass at the volume between, compress the rest of the way.
-            let next_v = volume(k + 1);
-            let middle = 0.5 * (v + next_v);
-            p *= polytropic(v / middle, c.exponent);
+            p *= drive.strokes.first_half[k];
             let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
             let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
@@ -96,11 +150,9 @@ pub(crate) fn innovations(
                 by_p -= c.leak_cross;
             }
             mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
-            let factor = energy / middle * dt;
+            let factor = drive.strokes.pa_s_per_kg[k];
             p += factor * mass_flow / (1.0 - 0.5 * factor * by_p);
-            p *= polytropic(middle / next_v, c.exponent);
-            p = p.max(1.0e3);
-            v = next_v;
+            p = (p * drive.strokes.second_half[k]).max(1.0e3);
             if lag > 1.0e-6 {
                 // The lag sees a pressure that changes linearly over the interval.
                 let rate = (p - before) / dt;
@@ -122,12 +174,12 @@ fn polytropic(x: f64, n: f64) -> f64 {
 
 /// The smoothed measured position at the time `delay` after sample `k`: what was true at sample `k` if the signal is
 /// late by `delay`.
-fn position(record: &Record, k: usize, at: f64, delay_s: f64) -> f64 {
+fn position(record: &Record, k: usize, delay_s: f64) -> f64 {
     let y = &record.y_smooth.value;
     if delay_s <= 0.0 {
         return y[k];
     }
-    let shifted = at + delay_s / record.quality.interval_s;
+    let shifted = k as f64 + delay_s / record.quality.interval_s;
     let low = (shifted as usize).min(y.len() - 1);
     let high = (low + 1).min(y.len() - 1);
     y[low] + (y[high] - y[low]) * (shifted - low as f64).min(1.0)

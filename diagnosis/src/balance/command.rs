@@ -2,7 +2,31 @@
 
 use crate::record::Record;
 use plant_model::Plant;
+use plant_model::dead_zone::DeadZone;
 use plant_model::valve_flow::Opening;
+
+/// What the openings depend on beside the log.
+#[derive(PartialEq)]
+pub(crate) struct Path {
+    dead_zone: DeadZone<f64>,
+    max_voltage_v: f64,
+    line_delay_s: f64,
+    play_half_width_v: f64,
+    spool_time_constant_s: f64,
+}
+
+impl Path {
+    pub(crate) fn of(plant: &Plant<f64>) -> Self {
+        let c = plant.coefficients();
+        Self {
+            dead_zone: c.dead_zone,
+            max_voltage_v: c.max_voltage_v,
+            line_delay_s: c.line_delay_s,
+            play_half_width_v: c.play_half_width_v,
+            spool_time_constant_s: c.spool_time_constant_s,
+        }
+    }
+}
 
 /// Signed opening `atan(2 w)` in rad, averaged over the interval behind each sample; positive fills A.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {

@@ -13,11 +13,13 @@
 pub(crate) mod chamber;
 pub(crate) mod command;
 pub(crate) mod motion;
+pub(crate) mod shared;
 pub(crate) mod supply;
 
 use crate::record::{Record, Stretch};
 use crate::terms::Added;
 use plant_model::Plant;
+use shared::Signals;
 
 /// The predicted channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,6 +85,7 @@ pub(crate) fn samples(stretches: &[Stretch]) -> impl Iterator<Item = usize> + '_
 /// Runs the wanted balances of a model, with some terms added, over some stretches of the log.
 pub(crate) fn innovations(
     record: &Record,
+    signals: &Signals,
     plant: &Plant<f64>,
     added: &Added,
     stretches: &[Stretch],
@@ -91,11 +94,14 @@ pub(crate) fn innovations(
     let mut out = Innovations::default();
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
-        let openings = command::openings(record, plant);
+        let openings = signals.openings.of(command::Path::of(plant), || command::openings(record, plant));
         let supply = supply::pressures(record, plant, &openings);
         for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
             if wanted & channel.bit() != 0 {
+                let geometry = chamber::Geometry::of(plant, side);
+                let strokes = signals.strokes.of(geometry, || chamber::strokes(record, &geometry));
                 let drive = chamber::Drive {
+                    strokes: &strokes,
                     openings: &openings,
                     supply_pa: &supply.at_valve,
                     added_kg_per_s: if side == chamber::Side::A {

@@ -1,6 +1,7 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
 use crate::record::{Record, Stretch};
+use plant_model::friction::Response;
 use plant_model::{Plant, State};
 
 /// The first part of every stretch, s, during which the prediction settles and is not counted.
@@ -164,33 +165,48 @@ impl Piston {
     /// One interval. While the bristles are still bending the step must resolve them; once they are fully bent they
     /// follow the velocity, and the method's stability allows the whole interval at once.
     fn step(&mut self, plant: &Plant<f64>, drive: &Driving, dt: f64) {
-        let state =
-            State { y_m: self.y, v_m_per_s: self.v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
-        let limit = plant.friction_level(&state).force_n / plant.coefficients().stiffness;
+        let c = plant.coefficients();
+        let way = self.v.abs() * dt;
+        if way * c.stiffness <= BEND_STEP * plant.least_friction_level_n() {
+            // The bristles hardly bend within the interval, whatever the sliding force.
+            self.part(plant, drive, &plant.friction_at(&self.state(drive)), dt);
+            return;
+        }
+        let mut level = plant.friction_level(&self.state(drive));
+        let limit = level.force_n / c.stiffness;
         let bending = self.z * self.v.signum() < FULLY_BENT * limit;
-        let bends = if bending { (self.v.abs() * dt / (BEND_STEP * limit)).ceil() } else { 1.0 };
+        let bends = if bending { (way / (BEND_STEP * limit)).ceil() } else { 1.0 };
         let parts = bends.clamp(1.0, MOST_PARTS);
-        for _ in 0..parts as usize {
-            self.part(plant, drive, dt / parts);
+        for part in 0..parts as usize {
+            if part > 0 {
+                level = plant.friction_level(&self.state(drive));
+            }
+            let first = plant.friction().respond(self.z, self.v, &level);
+            self.part(plant, drive, &first, dt / parts);
         }
         // A backstop only: the model itself keeps the bristles within the limit.
         self.z = self.z.clamp(-BRISTLE_BACKSTOP * limit, BRISTLE_BACKSTOP * limit);
     }
 
-    /// A part of an interval: velocity and bristles by an L-stable Rosenbrock method of order 2 (ROS2).
-    fn part(&mut self, plant: &Plant<f64>, drive: &Driving, dt: f64) {
+    /// As the plant model knows it.
+    fn state(&self, drive: &Driving) -> State<f64> {
+        State {
+            y_m: self.y,
+            v_m_per_s: self.v,
+            z_m: self.z,
+            p_a_pa: drive.p_a_pa,
+            p_b_pa: drive.p_b_pa,
+            ..State::default()
+        }
+    }
+
+    /// A part of an interval, with the friction at its start: velocity and bristles by an L-stable Rosenbrock method of
+    /// order 2 (ROS2).
+    fn part(&mut self, plant: &Plant<f64>, drive: &Driving, first: &Response<f64>, dt: f64) {
         const GAMMA: f64 = 1.0 - core::f64::consts::FRAC_1_SQRT_2;
         let c = plant.coefficients();
-        let lugre = plant.friction();
         let inverse_mass = 1.0 / c.mass_kg;
-        let respond = |v: f64, z: f64| {
-            let state =
-                State { y_m: self.y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
-            lugre.respond(z, v, &plant.friction_level(&state))
-        };
-        let first = respond(self.v, self.z);
-        let rate =
-            |r: &plant_model::friction::Response<f64>| ((drive.force_n - r.force_n) * inverse_mass, r.bristle_rate);
+        let rate = |r: &Response<f64>| ((drive.force_n - r.force_n) * inverse_mass, r.bristle_rate);
         let v_v = -(c.damping * first.rate_by_velocity + c.viscous) * inverse_mass;
         let v_z = -(c.stiffness + c.damping * first.rate_by_bristle) * inverse_mass;
         let (z_v, z_z) = (first.rate_by_velocity, first.rate_by_bristle);
@@ -198,8 +214,9 @@ impl Piston {
         let (m00, m01, m10, m11) = (1.0 - h * v_v, -h * v_z, -h * z_v, 1.0 - h * z_z);
         let inverse = 1.0 / (m00 * m11 - m01 * m10);
         let solve = |(a, b): (f64, f64)| ((a * m11 - b * m01) * inverse, (b * m00 - a * m10) * inverse);
-        let k1 = solve(rate(&first));
-        let second = respond(self.v + dt * k1.0, self.z + dt * k1.1);
+        let k1 = solve(rate(first));
+        let between = Self { y: self.y, v: self.v + dt * k1.0, z: self.z + dt * k1.1 };
+        let second = plant.friction_at(&between.state(drive));
         let f2 = rate(&second);
         let k2 = solve((f2.0 - 2.0 * k1.0, f2.1 - 2.0 * k1.1));
         let v = self.v + dt * (1.5 * k1.0 + 0.5 * k2.0);

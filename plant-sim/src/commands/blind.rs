@@ -6,6 +6,7 @@ use rand::RngExt;
 use rig_files::{Log, RigFile, write_file};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use synthesis::blind::{Answer, Class, Entry, Nominal, Outcome, Plan, case_lines, markdown, plans, run as run_suite};
 
 /// Hide effects in synthetic logs, diagnose them, and score the diagnosis.
@@ -90,18 +91,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
 
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
-    let mut all = Vec::new();
+    let mut kinds = Vec::new();
     for class in arguments.class.iter().flat_map(|classes| &classes.0) {
         for nominal in &arguments.nominal.0 {
-            all.extend(plans(*class, *nominal, arguments.logs, seed));
+            kinds.push(plans(*class, *nominal, arguments.logs, seed));
         }
     }
-    println!("suite seed {seed}, {} cases", all.len());
+    // In turn, so that a suite cut short has seen as much of every kind.
+    let all: Vec<Plan> = (0..arguments.logs).flat_map(|at| kinds.iter().map(move |kind| kind[at])).collect();
+    say!("suite seed {seed}, {} cases", all.len());
     let bar = ProgressBar::new(all.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left  {msg}") {
         bar.set_style(style);
     }
+    let tables = Tables { path: &arguments.out, command: reproduce(arguments, seed), planned: all.len() };
+    tables.write(&[])?;
     let diagnose = |rig: &RigFile, log: &Log| judge(arguments, rig, log);
+    let finished: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
     let done = |entry: &Entry| {
         match bad_news(entry) {
             // Without a terminal there is no bar, and lines printed above it would be lost.
@@ -110,18 +116,37 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
             None => {}
         }
         bar.inc(1);
+        let mut finished = finished.lock().unwrap_or_else(PoisonError::into_inner);
+        finished.push(entry.clone());
+        // A disk that is full for a moment must not cost the suite: the end writes once more, and reports.
+        let _ = tables.write(&finished);
     };
     let entries = run_suite(&all, &rigs, usize::from(arguments.jobs), &diagnose, &done).map_err(CliError::Failed)?;
     bar.finish_and_clear();
 
-    let table = markdown(&entries, &reproduce(arguments, seed));
-    write_file(&arguments.out, |file| file.write_all(table.as_bytes()))?;
-    let lines = arguments.out.with_extension("csv");
-    write_file(&lines, |file| file.write_all(case_lines(&entries).as_bytes()))?;
+    let (table, lines) = tables.write(&entries)?;
     // The tables up to the list of failures, which were printed as they happened.
-    println!("{}", table.split("## Cases that went wrong").next().unwrap_or_default().trim_end());
-    println!("\n{} and {}", arguments.out.display(), lines.display());
+    say!("{}", table.split("## Cases that went wrong").next().unwrap_or_default().trim_end());
+    say!("\n{} and {}", arguments.out.display(), lines.display());
     Ok(())
+}
+
+/// The files of the result, whole after every case: a suite that is interrupted keeps what it has.
+struct Tables<'a> {
+    path: &'a Path,
+    command: String,
+    planned: usize,
+}
+
+impl Tables<'_> {
+    /// Writes them; the text of the tables and the path of the lines.
+    fn write(&self, entries: &[Entry]) -> Result<(String, PathBuf), CliError> {
+        let table = markdown(entries, self.planned, &self.command);
+        write_file(self.path, |file| file.write_all(table.as_bytes()))?;
+        let lines = self.path.with_extension("csv");
+        write_file(&lines, |file| file.write_all(case_lines(entries).as_bytes()))?;
+        Ok((table, lines))
+    }
 }
 
 /// The command that gives the same suite again.
@@ -170,17 +195,20 @@ fn one_case(arguments: &Arguments, plan: Plan, rigs: &[RigFile]) -> Result<(), C
     }
     let diagnose = |rig: &RigFile, log: &Log| judge(arguments, rig, log);
     let entry = synthesis::blind::run_one(plan, rigs, &diagnose);
-    print!("{}", case_lines(std::slice::from_ref(&entry)));
+    say!("{}", case_lines(std::slice::from_ref(&entry)).trim_end());
     if let Some(score) = &entry.score {
         for p in &score.parameters {
             let (percent, errors) = (100.0 * p.relative_error, p.in_std_errors);
-            println!(
+            say!(
                 "{} {}: true {:.5e}, found {:.5e}, off by {percent:.2} %, {errors:.1} standard errors",
-                p.effect, p.name, p.truth, p.value
+                p.effect,
+                p.name,
+                p.truth,
+                p.value
             );
         }
     }
-    println!("{}", bad_news(&entry).unwrap_or_else(|| format!("{}  right", entry.plan)));
+    say!("{}", bad_news(&entry).unwrap_or_else(|| format!("{}  right", entry.plan)));
     Ok(())
 }
 

@@ -50,6 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for suspicion in &suspicions {
         eprintln!("warning: {suspicion}");
     }
+    super::make_folder(&arguments.out)?;
     let result = judge(&rig, &log, arguments)?;
     let applied = if arguments.apply {
         let refused = |error: plant_sim::LoopError| {
@@ -70,7 +71,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let page = gap::page(&result, &source);
     let failed = |error: serde_json::Error| CliError::Failed(format!("the result cannot be written as JSON: {error}"));
     let json = gap::to_json(&result).map_err(failed)?;
-    super::make_folder(&arguments.out)?;
     write(arguments, "extended-rig.toml", &result.extended_rig.to_toml())?;
     write(arguments, "report.html", &page.to_html())?;
     if let Some(applied) = &source.applied {
@@ -78,12 +78,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     // Last: who waits for it finds the other two beside it.
     write(arguments, "diagnosis.json", &json)?;
-    print!("{}", gap::summary(&result));
+    say!("{}", gap::summary(&result).trim_end());
     if let Some(applied) = &source.applied {
-        println!("\nThe controller on the extended rig:\n{}", super::text_table(&applied.table()));
+        say!("\nThe controller on the extended rig:\n{}", super::text_table(&applied.table()));
     }
-    println!("\nReport:       {}", arguments.out.join("report.html").display());
-    println!("Extended rig: {}", arguments.out.join("extended-rig.toml").display());
+    say!("\nReport:       {}", arguments.out.join("report.html").display());
+    say!("Extended rig: {}", arguments.out.join("extended-rig.toml").display());
     Ok(())
 }
 

@@ -28,18 +28,20 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let rig = RigFile::read(&arguments.rig.rig)?;
     let law = Law::for_rig(&rig.rig, 1.0);
-    println!("{}, {} s, starting at rest at mid-stroke\n", rig.name, arguments.duration);
+    say!("{}, {} s, starting at rest at mid-stroke\n", rig.name, arguments.duration);
     let mut from = 0.0;
     for part in identification_parts(&rig.rig, arguments.duration) {
         let to = from + part.segments.iter().map(|segment| segment.duration_s).sum::<f64>();
-        println!("{from:5.1} to {to:5.1} s  {}", part.purpose);
+        say!("{from:5.1} to {to:5.1} s  {}", part.purpose);
         from = to;
     }
-    println!(
+    say!(
         "\nPosition loop: u = {:.3} V/m (y_ref - y) - {:.3} V s/m v, with dead-zone compensation, within ±{} V.",
-        law.position_gain, law.velocity_gain, law.max_v
+        law.position_gain,
+        law.velocity_gain,
+        law.max_v
     );
-    println!("Open loop needs limit switches at ±{:.3} m that reverse the command.", law.turn_back_m);
+    say!("Open loop needs limit switches at ±{:.3} m that reverse the command.", law.turn_back_m);
     let Some(out) = &arguments.out else { return Ok(()) };
 
     let experiment = identification(&rig.rig, arguments.duration);
@@ -56,6 +58,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
         Ok(())
     })?;
-    println!("{}: {rows} rows", out.display());
+    say!("{}: {rows} rows", out.display());
     Ok(())
 }

@@ -40,6 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         None => Log::read(path),
     };
     let logs = arguments.log.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    super::make_folder(&arguments.out)?;
     let refused = |error: FrictionMapError| {
         let (FrictionMapError::Missing { log, .. } | FrictionMapError::NoMotion { log }) = error;
         let text = error.to_string();
@@ -51,17 +52,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let json = serde_json::to_string_pretty(&map).map_err(failed)? + "\n";
     let sentences = sentences(&map, &rig);
     let page = page(&map, &sentences);
-    super::make_folder(&arguments.out)?;
     let write = |name: &str, text: &str| write_file(&arguments.out.join(name), |out| out.write_all(text.as_bytes()));
     write("friction.html", &page.to_html())?;
     write("friction.json", &json)?;
-    print!("{}", super::text_table(&runs_table(&map)));
-    println!();
+    say!("{}", super::text_table(&runs_table(&map)));
     for sentence in &sentences {
-        println!("- {sentence}");
+        say!("- {sentence}");
     }
-    println!("\n{}", super::text_table(&stage_table(&map)));
-    println!("Report: {}", arguments.out.join("friction.html").display());
+    say!("\n{}", super::text_table(&stage_table(&map)));
+    say!("Report: {}", arguments.out.join("friction.html").display());
     Ok(())
 }
 

@@ -1,11 +1,8 @@
 //! One file per subcommand: its arguments, and what it does.
 
-/// Prints a line; unlike `println!` it does not panic when the reader (`head`, a pager) has gone away.
+/// Prints a line; unlike `println!` it does not panic when it cannot be written.
 macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($text)*);
-    }};
+    ($($text:tt)*) => { $crate::commands::print_line(format_args!($($text)*)) };
 }
 
 pub(crate) mod blind;
@@ -26,7 +23,9 @@ pub(crate) mod synthesize;
 use report_html::Table;
 use rig_files::InputError;
 use std::fmt;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// Why a command failed, and with which exit status.
 #[derive(Debug)]
@@ -60,6 +59,31 @@ impl fmt::Display for CliError {
 impl From<InputError> for CliError {
     fn from(error: InputError) -> Self {
         Self::Input(error)
+    }
+}
+
+/// Why the first line that could not be printed was not.
+static UNPRINTED: OnceLock<String> = OnceLock::new();
+
+pub(crate) fn print_line(line: fmt::Arguments<'_>) {
+    note(writeln!(std::io::stdout(), "{line}"));
+}
+
+/// Remembers a failure, unless the reader (`head`, a pager) has merely seen enough.
+fn note(done: std::io::Result<()>) {
+    if let Err(error) = done
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        let _ = UNPRINTED.set(error.to_string());
+    }
+}
+
+/// Whether everything a command said has been printed.
+pub(crate) fn all_printed() -> Result<(), CliError> {
+    note(std::io::stdout().flush());
+    match UNPRINTED.get() {
+        None => Ok(()),
+        Some(error) => Err(CliError::Failed(format!("the result could not be printed: {error}"))),
     }
 }
 

@@ -71,6 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         seed: arguments.seed,
         ..LoopSettings::default()
     };
+    super::make_folder(&arguments.out)?;
     let mut runs = Vec::new();
     for rig in &rigs {
         runs.push(position(rig, arguments, &settings)?);
@@ -80,7 +81,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say!("{}", super::text_table(&table));
     warn_if_safe(&runs);
 
-    super::make_folder(&arguments.out)?;
     let report = arguments.out.join("run.html");
     let page = page(&runs, table, arguments);
     write_file(&report, |out| out.write_all(page.to_html().as_bytes()))?;

@@ -157,10 +157,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.truth {
         write_file(path, |file| file.write_all(case.truth_toml().as_bytes()))?;
     }
-    println!("{}: {} rows, experiment {}, seed {seed}", arguments.out.display(), log.len(), case.experiment.name);
+    say!("{}: {} rows, experiment {}, seed {seed}", arguments.out.display(), log.len(), case.experiment.name);
     if arguments.hidden.is_none() {
         for cause in &case.causes {
-            println!("  {}", cause.describe());
+            say!("  {}", cause.describe());
         }
     }
     if case.causes.iter().any(|cause| matches!(cause, Cause::Foreign(Foreign::SupplyPulsation, _)))

@@ -5,9 +5,9 @@ use super::picture::Scene;
 use super::units::{quantity, significant, with_error};
 use super::words::{CHANNELS, closed, headline, title};
 use crate::charts::{BAR, MM, scaled};
-use diagnosis::{Cause, Diagnosis, Verdict};
+use diagnosis::{Cause, Diagnosis};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
-use rig_files::RigFile;
+use rig_files::{RigFile, Verdict};
 
 /// Where the material came from.
 #[derive(Clone, Debug)]

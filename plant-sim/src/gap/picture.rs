@@ -1,14 +1,11 @@
 //! The picture of the evidence: what a balance misses, against the quantity that betrays the cause.
 
 use crate::charts::{BAR, MM};
-use diagnosis::{Diagnosis, Evidence};
+use diagnosis::{CHAMBER_MEMORY_S, Diagnosis, Evidence};
 use plant_model::Effect;
 use report_html::{Marker, Plot, Series};
 use rig_files::RigFile;
 
-/// Time constant, s, with which the chambers' predictions are drawn towards the measurement; undoing it turns their error
-/// back into the rate at which air goes missing.
-const OBSERVER_MEMORY_S: f64 = 1.0;
 /// Half the window over which rates are taken, s.
 const RATE_WINDOW_S: f64 = 0.02;
 /// Points of a picture: each is the mean over as many samples as any other.
@@ -292,7 +289,8 @@ impl<'a> Scene<'a> {
             let chamber = |errors: &[f64], sigma: f64| -> Vec<f64> {
                 let smooth = mean_around(&evidence.t_s, errors, reach);
                 let growth = rate(&smooth);
-                smooth.iter().zip(&growth).map(|(e, g)| (g + e / OBSERVER_MEMORY_S) * sigma * BAR).collect()
+                // Undoing the observer's memory turns its error back into the rate at which air goes missing.
+                smooth.iter().zip(&growth).map(|(e, g)| (g + e / CHAMBER_MEMORY_S) * sigma * BAR).collect()
             };
             [
                 chamber(&errors[0], quality.pressure_a.standard_deviation),

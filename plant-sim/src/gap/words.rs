@@ -1,9 +1,10 @@
 //! The verdict in sentences, for the terminal and the top of the report.
 
 use super::units::{quantity, with_error};
-use diagnosis::{Diagnosis, PerChannel, Verdict};
+use diagnosis::{Diagnosis, PerChannel};
 use plant_model::Effect;
 use report_html::Tone;
+use rig_files::Verdict;
 use std::fmt::Write as _;
 
 /// What a technician calls an effect.

@@ -1,6 +1,7 @@
 //! Reads `diagnosis.json`, so that any program that writes one can be scored.
 
-use super::score::{Answer, Estimate, Holdout, Named, Verdict};
+use super::score::{Answer, Estimate, Holdout, Named};
+use rig_files::Verdict;
 use serde_json::Value;
 
 /// A `diagnosis.json` that is not one: where, and what was expected there.

@@ -2,29 +2,37 @@
 
 use super::plan::{Class, Nominal};
 use super::run::Entry;
-use super::score::{Outcome, Verdict};
+use super::score::Outcome;
 use super::tally::{Rate, Tally};
 use crate::cause::Cause;
 use crate::foreign::Foreign;
 use plant_model::Effect;
+use rig_files::Verdict;
 use std::fmt::Write as _;
 
-/// The whole result as Markdown. `command` is what reproduces it.
+/// The whole result as Markdown. `command` is what reproduces it; of `planned` cases these are the ones that ran.
 #[must_use]
-pub fn markdown(entries: &[Entry], command: &str) -> String {
+pub fn markdown(entries: &[Entry], planned: usize, command: &str) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
-    let _ = write(&mut text, entries, command);
+    let _ = write(&mut text, entries, planned, command);
     text
 }
 
-fn write(text: &mut String, entries: &[Entry], command: &str) -> std::fmt::Result {
+fn write(text: &mut String, entries: &[Entry], planned: usize, command: &str) -> std::fmt::Result {
     writeln!(text, "# Blind tests of the diagnosis\n")?;
     writeln!(
         text,
         "{} cases, drawn at random and kept from the diagnosis, which sees the rig file and the log alone. Reproduce with\n\n    {command}\n",
         entries.len()
     )?;
+    if entries.len() < planned {
+        writeln!(
+            text,
+            "**{} of {planned} cases have run; the suite was interrupted or is still running.**\n",
+            entries.len()
+        )?;
+    }
     writeln!(text, "A single case is replayed with `plant-sim blind --case CASE`, the case as named below.\n")?;
     naming(text, entries)?;
     silence(text, entries)?;

@@ -2,38 +2,7 @@
 
 use crate::cause::Cause;
 use plant_model::Effect;
-
-/// What a diagnosis concluded about the gap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Verdict {
-    /// The rig file already describes the log.
-    NoGap,
-    /// Named causes close the gap.
-    Explained,
-    /// Named causes close a part of it.
-    PartlyExplained,
-    /// There is a gap, and no known effect closes it.
-    Unexplained,
-}
-
-impl Verdict {
-    /// The word in `diagnosis.json`.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::NoGap => "no-gap",
-            Self::Explained => "explained",
-            Self::PartlyExplained => "partly-explained",
-            Self::Unexplained => "unexplained",
-        }
-    }
-
-    /// The verdict of this word.
-    #[must_use]
-    pub fn from_word(word: &str) -> Option<Self> {
-        [Self::NoGap, Self::Explained, Self::PartlyExplained, Self::Unexplained].into_iter().find(|v| v.word() == word)
-    }
-}
+use rig_files::Verdict;
 
 /// A parameter as a diagnosis reports it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,7 @@
-use super::score::{Answer, Estimate, Holdout, Named, Outcome, Verdict, score};
+use super::score::{Answer, Estimate, Holdout, Named, Outcome, score};
 use crate::{Cause, Foreign};
 use plant_model::Effect;
+use rig_files::Verdict;
 
 fn hidden(effects: &[Effect]) -> Vec<Cause> {
     effects.iter().map(|effect| Cause::Catalogue(*effect, [0.3, 0.1, 0.2])).collect()

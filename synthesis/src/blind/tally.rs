@@ -1,7 +1,8 @@
 //! Sums over entries: rates with their intervals, parameter errors, times.
 
 use super::run::Entry;
-use super::score::{Outcome, ParameterScore, Verdict};
+use super::score::{Outcome, ParameterScore};
+use rig_files::Verdict;
 
 /// A share with its 95 % interval (Wilson).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
