@@ -8,7 +8,7 @@ use rig_files::RigFile;
 
 /// Prediction horizon, s.
 pub(crate) const HORIZON_S: f64 = 0.2;
-/// The command path is run in for this long before each restart, s.
+/// The spool is run in for this long before each restart, s.
 const RUN_IN_S: f64 = 0.15;
 
 /// One prediction beside the measurement, for pictures.
@@ -39,12 +39,13 @@ pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile) -> Op
         for window in windows(record, stretch) {
             let (start, end) = window;
             let run_in = run_in(record, stretch, start);
-            let predictions = [&baseline, &better].map(|model| predict(record, model, run_in, start, end));
+            let history = Commands { record, until: run_in };
+            let predictions = [&baseline, &better].map(|model| predict(record, model, &history, run_in, start, end));
             // Were the extended model the rig, its predictions would still miss the sensors' noise, and what that and
             // smoothing leave unknown about the start.
-            let perfect = as_if(record, &better, run_in..end, &mut noise);
+            let perfect = as_if(record, &better, &history, run_in..end, &mut noise);
             let alike = Model { plant: better.plant, supply_pa: better.supply_pa[run_in..end].to_vec() };
-            let own = predict(&perfect, &alike, 0, start - run_in, end - run_in);
+            let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
             for (k, at) in (start..end).enumerate() {
                 let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
                 errors[0].add(&measured, &predictions[0][k]);
@@ -97,15 +98,38 @@ impl Model {
     }
 }
 
-/// Where to begin so that the command path has run in at `start`.
+/// The commands of a recording up to a sample: where a valve's play stands depends on all of them.
+struct Commands<'a> {
+    record: &'a Record,
+    until: usize,
+}
+
+impl Commands<'_> {
+    /// A simulator that begins in a state, with these commands behind it.
+    fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
+        let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
+        for k in 0..self.until {
+            simulator.recall(self.record.u_v[k], self.record.interval_s(k));
+        }
+        simulator
+    }
+}
+
+/// Where to begin so that the spool has run in at `start`.
 fn run_in(record: &Record, stretch: &Stretch, start: usize) -> usize {
     let interval = record.quality.interval_s.max(1.0e-6);
     start - ((RUN_IN_S / interval) as usize).min(start - stretch.start)
 }
 
 /// What the sensors would have shown over a part of the recording had the model been the rig, noise included.
-fn as_if(record: &Record, model: &Model, range: core::ops::Range<usize>, noise: &mut Deviates) -> Record {
-    let mut simulator = simulator(&model.plant, measured_state(record, model, range.start));
+fn as_if(
+    record: &Record,
+    model: &Model,
+    history: &Commands<'_>,
+    range: core::ops::Range<usize>,
+    noise: &mut Deviates,
+) -> Record {
+    let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
     let q = &record.quality;
     let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
     for k in range.clone() {
@@ -117,10 +141,6 @@ fn as_if(record: &Record, model: &Model, range: core::ops::Range<usize>, noise: 
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
     record.replaced(range, signals)
-}
-
-fn simulator(plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
-    Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()))
 }
 
 /// The state at a sample as far as the sensors tell it.
@@ -159,9 +179,16 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
 }
 
 /// Predicts position and pressures, sample by sample, from the state measured at `start`.
-fn predict(record: &Record, model: &Model, run_in: usize, start: usize, end: usize) -> Vec<[f64; 3]> {
+fn predict(
+    record: &Record,
+    model: &Model,
+    history: &Commands<'_>,
+    run_in: usize,
+    start: usize,
+    end: usize,
+) -> Vec<[f64; 3]> {
     let c = model.plant.coefficients();
-    let mut simulator = simulator(&model.plant, measured_state(record, model, run_in));
+    let mut simulator = history.then(&model.plant, measured_state(record, model, run_in));
     for k in run_in..start {
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }

@@ -33,6 +33,9 @@ const MOST_STRAINED: usize = 14;
 /// Candidates tried in the place of each cause, and how often causes are exchanged.
 const ALTERNATIVES: usize = 5;
 const EXCHANGES: usize = 2;
+/// An exchange is likelier if the cost falls by this much; so many of them are tried to the end.
+const LIKELIER: f64 = 4.0;
+const MOST_PRUNED: usize = 2;
 /// Iterations of a full fit.
 const ITERATIONS: usize = 10;
 
@@ -384,13 +387,17 @@ fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> (Fi
     for round in 0.. {
         let effects = best.hypothesis.effects.clone();
         let all: Vec<_> = effects.iter().map(|effect| alternatives(problem, &best, *effect, tried)).collect();
-        let fits = all.iter().flatten().filter_map(|a| a.instead.first());
-        let better = fits.min_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
-        let enough = charged(problem, &best) - 1.0;
-        let exchanged = better
-            .filter(|fit| round < EXCHANGES && promise(problem, fit) < enough)
+        let (cost, enough) = (best.cost(problem), charged(problem, &best) - 1.0);
+        // A likelier exchange may be dearer only until what it makes needless is taken out.
+        let better = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;
+        let mut likelier: Vec<&Fit> = all.iter().flatten().flat_map(|a| &a.instead).filter(better).collect();
+        likelier.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+        likelier.truncate(if round < EXCHANGES { MOST_PRUNED } else { 0 });
+        let exchanged = likelier
+            .into_iter()
             .map(|fit| prune(problem, fit.clone()))
-            .filter(|fit| charged(problem, fit) < enough);
+            .filter(|fit| charged(problem, fit) < enough)
+            .min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
         match exchanged {
             Some(fit) => best = fit,
             None => return (best, all),

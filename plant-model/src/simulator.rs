@@ -53,6 +53,14 @@ impl<R: Real, const N: usize> Simulator<R, N> {
         }
     }
 
+    /// A command in V that was held for `dt` seconds before the simulation begins: it passes through the command path
+    /// (delay, play) and moves nothing else.
+    pub fn recall(&mut self, u_v: R, dt_s: R) {
+        if self.command_path.pass(u_v).is_none() {
+            self.command_path.send(u_v, dt_s, |_, _| {});
+        }
+    }
+
     /// Holds a valve command in V for `dt` seconds, at nominal supply and without external force.
     #[inline]
     pub fn advance(&mut self, u_v: R, dt_s: R) {

@@ -146,7 +146,8 @@ pub(crate) fn innovations(
             let mut mass_flow = flow.mass_flow - leak * (p - c.atmosphere_pa);
             let mut by_p = flow.by_chamber - leak;
             if c.leak_cross != 0.0 && !other.value.is_empty() {
-                mass_flow -= c.leak_cross * (p - (other.value[k] - other_offset));
+                let beyond = other.value[k] + lag * other.slope[k] - other_offset;
+                mass_flow -= c.leak_cross * (p - beyond);
                 by_p -= c.leak_cross;
             }
             mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);

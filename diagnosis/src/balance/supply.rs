@@ -2,6 +2,7 @@
 
 use super::samples;
 use crate::record::{Record, Stretch};
+use crate::smooth::Smoothed;
 use plant_model::Plant;
 
 /// Supply pressure by sample, Pa absolute.
@@ -16,7 +17,9 @@ pub(crate) struct SupplyPressure {
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
-    let (a, b) = (&record.p_a_smooth.value, &record.p_b_smooth.value);
+    let lag = c.pressure_time_constant_s;
+    let truly =
+        |sensed: &Smoothed, offset: f64, k: usize| Some(sensed.value.get(k)? + lag * sensed.slope.get(k)? - offset);
     let measured = record.available.supply;
     let mut predicted = vec![c.supply_pa; n];
     if c.droop_pa_s_per_kg > 0.0 {
@@ -24,9 +27,13 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
         for k in 0..n {
             predicted[k] = p;
             let fills_a = openings[k] >= 0.0;
-            let chamber = if fills_a { a.get(k) } else { b.get(k) };
+            let chamber = if fills_a {
+                truly(&record.p_a_smooth, c.pressure_a_offset_pa, k)
+            } else {
+                truly(&record.p_b_smooth, c.pressure_b_offset_pa, k)
+            };
             let drawn = match chamber {
-                Some(&chamber) => {
+                Some(chamber) => {
                     plant.orifices().inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
                 }
                 None => 0.0,
