@@ -7,7 +7,8 @@ use crate::beyond::{self, Description};
 use crate::fit::{BUNDLE, COST_OF_NOISE, Fit, Problem, calm_misfit};
 use crate::holdout::{self, Overlay};
 use crate::hypothesis::{self, Hypothesis, Slot};
-use crate::outcome::{Calibration, Cause, Estimate, Gain};
+use crate::one_pressure::diagnose_one_pressure;
+use crate::outcome::{Calibration, Cause, Estimate, Gain, PerChannel};
 use crate::record::{Available, Quality, Record, SHORTEST_STRETCH_S};
 use crate::search::{self, Found};
 use crate::terms;
@@ -25,8 +26,14 @@ const CLOSED_DISPERSION_OF_FORCE: f64 = 4.0;
 /// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
 const CLOSED_COST_OF_MASS: f64 = 3.0;
 const CLOSED_COST_OF_FORCE: f64 = 5.0;
+/// Predictions on the part held back count as no worse while their squared errors grow by no more than this.
+const NO_WORSE: f64 = 1.01;
 /// Misfit up to which a balance looks like noise.
 const WHITE_ENOUGH: f64 = 1.12;
+/// … and may look like it where the part held back sees no gap: causes fitted to noise make it a little less than white.
+const LIKE_NOISE: f64 = 1.25;
+/// Part of what causes take away that must lie above the misfit of white noise.
+const LEAST_EXCESS: f64 = 0.4;
 /// Most causes named at once.
 const MOST_NAMED: usize = 3;
 /// Least share of the gap for a cause named while a balance stays open.
@@ -60,6 +67,9 @@ pub enum DiagnosisError {
          pressures (force balance)"
     )]
     NothingToJudge,
+    /// Without a command only the force balance could be formed, and nothing moves.
+    #[error("without u_v only the mechanics could be judged, and the piston hardly moves: add u_v, or record strokes")]
+    Still,
     /// The rig file contradicts itself.
     #[error("the rig cannot be simulated: {0}")]
     Rig(plant_model::ParameterError),
@@ -176,7 +186,12 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     }
     let judgeable = balance::judgeable(&record);
     if judgeable & !Channel::Supply.bit() == 0 {
-        return Err(DiagnosisError::NothingToJudge);
+        let both = record.available.pressure_a && record.available.pressure_b;
+        return match diagnose_one_pressure(rig, log) {
+            Some((diagnosis, _)) => Ok(diagnosis),
+            None if both => Err(DiagnosisError::Still),
+            None => Err(DiagnosisError::NothingToJudge),
+        };
     }
     let corrected = hypothesis::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
@@ -215,7 +230,10 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
     let few = found.best.hypothesis.effects.len() <= MOST_NAMED;
     let most = explains_most(&found, &balances);
-    let confirmed = few && most && confirmed_on_hold_out(problem, &found);
+    let held = explains_excess(&found, &balances) && confirmed_on_hold_out(problem, &found);
+    let confirmed = few && most && held;
+    // What the part held back does not confirm, beside balances that look like noise without it, is noise.
+    let quiet = !held && balances.iter().all(|b| b.nominal_misfit < LIKE_NOISE);
     let shadows = shadows(problem, &found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
@@ -243,7 +261,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     // Causes that the part held back does not confirm leave a gap only where there is one without them.
     let unclosed = balances.iter().any(|b| b.nominal_misfit >= closed_cost(b.channel));
     let gap = open != 0 || !few || !most || !shadows.is_empty();
-    let verdict = match (causes.is_empty(), gap) {
+    let verdict = match (causes.is_empty(), gap && !quiet) {
         (true, false) if !unclosed => Verdict::NoGap,
         (true, _) => Verdict::Unexplained,
         (false, false) => Verdict::Explained,
@@ -286,12 +304,12 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     hypotheses.dedup_by(|a, b| a.effects == b.effects && a.fitted == b.fitted);
     Diagnosis {
         verdict,
-        next_experiment: next_experiment(verdict, &causes, problem.judgeable),
+        next_experiment: next_experiment(verdict, &causes, problem),
         causes,
         calibration: calibration(problem, &kept_fit),
         gain,
         not_identifiable: not_identifiable(problem, &kept_fit),
-        leads,
+        leads: if quiet { Vec::new() } else { leads },
         description,
         balances,
         log: LogSummary { available: record.available, quality: record.quality.clone() },
@@ -364,6 +382,18 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     touched == 0 || gained > left
 }
 
+/// Whether what the causes take away is largely misfit beyond noise: a model that suppresses noise, such as a large volume
+/// or mass that answers nothing, makes balances whiter than white.
+fn explains_excess(found: &Found, balances: &[Balance]) -> bool {
+    let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
+    let of = |value: fn(f64) -> f64| -> f64 {
+        let channels = Channel::ALL.into_iter().filter(|c| touched & c.bit() != 0);
+        let pairs = channels.flat_map(|c| balances.iter().filter(move |b| b.channel == c.column()));
+        pairs.map(|b| value(b.nominal_misfit) - value(b.extended_misfit)).sum()
+    };
+    touched == 0 || of(|misfit| misfit.max(1.0)) >= LEAST_EXCESS * of(|misfit| misfit)
+}
+
 /// The same problem on the part of the log held back.
 fn held_back<'a>(problem: &Problem<'a>) -> Problem<'a> {
     let stretches = problem.record.stretches.iter().copied().filter(|s| s.held_back).collect();
@@ -378,9 +408,24 @@ fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
     }
     let cost = |fit: &Fit| held.judge(fit.hypothesis.clone()).map(|f| f.cost(&held));
     match (cost(&found.null), cost(&found.best)) {
-        (Some(null), Some(best)) => best < null,
+        (Some(null), Some(best)) => best < null && predicts_no_worse(problem, found),
         _ => false,
     }
+}
+
+/// Whether the whole model, restarted on the part held back, predicts no worse with the causes than without. What merely
+/// soaks up noise in a balance does.
+fn predicts_no_worse(problem: &Problem<'_>, found: &Found) -> bool {
+    let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
+    let Some((gain, _)) = holdout::gain(problem.record, &extended(&found.null), &extended(&found.best)) else {
+        return true;
+    };
+    let error = |of: &PerChannel| -> f64 {
+        let floor = &gain.holdout.noise_floor;
+        let pairs = [(of.y_m, floor.y_m), (of.p_a_pa, floor.p_a_pa), (of.p_b_pa, floor.p_b_pa)];
+        pairs.into_iter().filter_map(|(error, floor)| Some((error? / floor?).powi(2))).sum()
+    };
+    error(&gain.holdout.extended_rmse) < NO_WORSE * error(&gain.holdout.baseline_rmse)
 }
 
 fn cause(problem: &Problem<'_>, best: &Fit, found: &Found, effect: Effect, index: usize) -> Cause {
@@ -461,7 +506,7 @@ fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> {
     out
 }
 
-fn next_experiment(verdict: Verdict, causes: &[Cause], judged: Channels) -> Option<String> {
+fn next_experiment(verdict: Verdict, causes: &[Cause], problem: &Problem<'_>) -> Option<String> {
     let mut out: Vec<String> = Vec::new();
     for cause in causes {
         for tie in &cause.ties {
@@ -470,8 +515,15 @@ fn next_experiment(verdict: Verdict, causes: &[Cause], judged: Channels) -> Opti
             }
         }
     }
-    let full = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Position.bit();
-    if judged & full != full {
+    let has = &problem.record.available;
+    if has.pressure_a && has.pressure_b && problem.judgeable & Channel::Position.bit() == 0 {
+        out.push(
+            "The piston hardly moves: record strokes, best the sequence of `plant-sim experiment`, and mechanics and \
+             friction can be judged."
+                .into(),
+        );
+    }
+    if !(has.command && has.pressure_a && has.pressure_b) {
         out.push("Record the valve command and both chamber pressures: only then can every balance be judged.".into());
     }
     if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {

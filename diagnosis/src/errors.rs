@@ -22,7 +22,7 @@ impl Problem<'_> {
         let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;
         let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
         let mut meat = DMatrix::<f64>::zeros(n, n);
-        for block in 0..length.div_ceil(per_block.max(1)) {
+        for block in 0..length.div_ceil(per_block) {
             let mut score = DVector::<f64>::zeros(n);
             for channel in 0..4 {
                 let e = &residuals.channels[channel];

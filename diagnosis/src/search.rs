@@ -2,7 +2,7 @@
 
 use crate::balance::Channel;
 use crate::fit::{Fit, Problem};
-use crate::hypothesis::{self, Hypothesis, Slot};
+use crate::hypothesis::{self, Hypothesis, Parameter, Slot};
 use crate::ripple;
 use plant_model::Effect;
 use rayon::prelude::*;
@@ -14,6 +14,9 @@ const GATE: f64 = 8.0;
 const PER_PARAMETER: f64 = 3.0;
 /// Alternatives whose cost is within this of the chosen cause cannot be told from it.
 const TIE: f64 = 6.0;
+/// So are those within this part of what the cause gains: the balances' numerical error, and when sticking pistons break
+/// away, decide so small a difference.
+const TIE_OF_GAIN: f64 = 0.003;
 /// A candidate is fitted in full if its predicted gain is this part of what it must reach: predictions are linear.
 const PROMISING: f64 = 0.4;
 /// A cause must take away this part of the cost that pure noise would have in the channels it acts on.
@@ -21,6 +24,8 @@ const RELEVANT: f64 = 0.008;
 /// And this part of what is left over there: breakaways a little early or late make the cost rugged, and everything
 /// that moves them gains or loses by chance.
 const RELEVANT_REST: f64 = 0.05;
+/// Standard errors that a cause's parameter must be away from neutral.
+const SURE: f64 = 4.0;
 /// No more causes than this are composed.
 const MOST_CAUSES: usize = 4;
 /// Candidates fitted in full in each round, best predicted gain first.
@@ -68,16 +73,28 @@ fn gate(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
     (GATE + PER_PARAMETER * effect.parameter_count() as f64).max(RELEVANT * noise).max(RELEVANT_REST * left)
 }
 
+/// The parameters that make an effect present at all, with their places and how far they are from neutral. The time
+/// constant means nothing while nothing droops, the wavelength while nothing ripples.
+fn presence(fit: &Fit, effect: Effect) -> impl Iterator<Item = (usize, &Parameter, f64)> {
+    let h = &fit.hypothesis;
+    let tells = move |p: &Parameter| match p.slot {
+        Slot::Effect(Effect::SupplyDroop, 1) | Slot::Effect(Effect::FrictionPosition, 2) => false,
+        Slot::Effect(e, _) => e == effect,
+        _ => false,
+    };
+    let all = h.parameters.iter().zip(&h.values).enumerate();
+    all.filter(move |(_, (p, _))| tells(p)).map(|(place, (p, value))| (place, p, (value - p.neutral).abs()))
+}
+
 /// Whether an effect is present in name only.
 fn negligible(fit: &Fit, effect: Effect) -> bool {
-    let h = &fit.hypothesis;
-    h.parameters.iter().zip(&h.values).all(|(p, value)| match p.slot {
-        // The time constant means nothing while nothing droops, the wavelength while nothing ripples.
-        Slot::Effect(e, 1) if e == effect && e == Effect::SupplyDroop => true,
-        Slot::Effect(e, 2) if e == effect && e == Effect::FrictionPosition => true,
-        Slot::Effect(e, _) if e == effect => (value - p.neutral).abs() < p.negligible,
-        _ => true,
-    })
+    presence(fit, effect).all(|(_, p, away)| away < p.negligible)
+}
+
+/// Whether no parameter of an effect is surely away from neutral, by the fit's standard errors.
+fn unsure(fit: &Fit, effect: Effect) -> bool {
+    let Some(covariance) = &fit.covariance else { return false };
+    presence(fit, effect).all(|(place, _, away)| away < SURE * covariance[(place, place)].max(0.0).sqrt())
 }
 
 /// Cost with a charge for every cause and parameter: what is compared between hypotheses of different size.
@@ -342,9 +359,29 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     let pruned = prune(problem, current);
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut tried);
-    let best = slim(problem, best);
+    let (best, alternatives) = sure(problem, slim(problem, best), alternatives);
     let (ties, losses) = ties(problem, &best, alternatives);
     Some(Found { null, best, ties, losses, tried })
+}
+
+/// Leaves out causes whose parameters may as well be neutral: they soak up noise.
+fn sure(
+    problem: &Problem<'_>,
+    mut best: Fit,
+    mut alternatives: Vec<Option<Alternatives>>,
+) -> (Fit, Vec<Option<Alternatives>>) {
+    loop {
+        let judged = problem.with_errors(best.clone());
+        let place = best.hypothesis.effects.iter().position(|effect| unsure(&judged, *effect));
+        let Some(place) = place else { return (best, alternatives) };
+        let Some(smaller) = refit_without(problem, &best, best.hypothesis.effects[place]) else {
+            return (best, alternatives);
+        };
+        best = smaller;
+        if place < alternatives.len() {
+            alternatives.remove(place);
+        }
+    }
 }
 
 /// Leaves out the half of position-dependent friction that the log does not ask for: a slope along the stroke and a
@@ -414,7 +451,8 @@ fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternatives>>) -> (V
         let mut loss = 0.0;
         if let Some(Alternatives { without, instead }) = alternatives {
             loss = without.cost(problem) - best.cost(problem);
-            let as_good = instead.iter().filter(|fit| charged(problem, fit) < cost + TIE);
+            let tie = TIE.max(TIE_OF_GAIN * loss);
+            let as_good = instead.iter().filter(|fit| charged(problem, fit) < cost + tie);
             tied.extend(as_good.filter_map(|fit| fit.hypothesis.effects.last().copied()).filter(|e| e != effect));
         }
         // One force, two names: g (1 + a sign v) sign v = g sign v + a g, so F_0 = a F_c except around standstill.

@@ -61,7 +61,7 @@ pub(crate) fn judgeable(record: &Record) -> Channels {
     if has.command && has.pressure_b {
         channels |= Channel::PressureB.bit();
     }
-    if has.pressure_a && has.pressure_b {
+    if has.pressure_a && has.pressure_b && motion::moves(record) {
         channels |= Channel::Position.bit();
     }
     if has.supply && has.command && has.pressure_a && has.pressure_b {

@@ -9,6 +9,9 @@ const SETTLING_S: f64 = 0.1;
 /// Below this measured speed, in standard errors of the velocity, the piston is taken to be at rest at the start.
 const REST_SIGMAS: f64 = 4.0;
 
+/// Less motion than this tells nothing of mechanics and friction, s.
+const LEAST_MOTION_S: f64 = 0.5;
+
 /// A prediction this many standard deviations off while one piston rests and the other moves is given up.
 const MISPREDICTED: f64 = 6.0;
 
@@ -229,6 +232,14 @@ impl Piston {
             self.v = 0.0;
         }
     }
+}
+
+/// Whether the piston moves for long enough that its mechanics can be judged. A resting one answers the noise of the
+/// measured pressures in the model and stands still in truth: what suppresses that noise would look like a cause.
+pub(crate) fn moves(record: &Record) -> bool {
+    let at_rest = REST_SIGMAS * velocity_error(record);
+    let moving = record.motion.slope.iter().filter(|v| v.abs() > at_rest).count();
+    moving as f64 * record.quality.interval_s >= LEAST_MOTION_S
 }
 
 /// Standard error of the smoothed velocity, m/s.

@@ -50,7 +50,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for suspicion in &suspicions {
         eprintln!("warning: {suspicion}");
     }
-    super::make_folder(&arguments.out)?;
     let result = judge(&rig, &log, arguments)?;
     let applied = if arguments.apply {
         let refused = |error: plant_sim::LoopError| {
@@ -71,6 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let page = gap::page(&result, &source);
     let failed = |error: serde_json::Error| CliError::Failed(format!("the result cannot be written as JSON: {error}"));
     let json = gap::to_json(&result).map_err(failed)?;
+    super::make_folder(&arguments.out)?;
     write(arguments, "extended-rig.toml", &result.extended_rig.to_toml())?;
     write(arguments, "report.html", &page.to_html())?;
     if let Some(applied) = &source.applied {
@@ -99,11 +99,6 @@ fn judge(rig: &RigFile, log: &Log, arguments: &Arguments) -> Result<Diagnosis, C
     bar.enable_steady_tick(Duration::from_millis(100));
     let done = diagnose(rig, log, &|message| bar.set_message(message.to_string()));
     bar.finish_and_clear();
-    if done.as_ref().is_err_and(|error| *error == DiagnosisError::NothingToJudge)
-        && let Some((result, _)) = diagnosis::diagnose_one_pressure(rig, log)
-    {
-        return Ok(result);
-    }
     done.map_err(|error| {
         let file = match error {
             DiagnosisError::Rig(_) => &arguments.rig.rig,

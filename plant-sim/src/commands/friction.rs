@@ -40,7 +40,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         None => Log::read(path),
     };
     let logs = arguments.log.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    super::make_folder(&arguments.out)?;
     let refused = |error: FrictionMapError| {
         let (FrictionMapError::Missing { log, .. } | FrictionMapError::NoMotion { log }) = error;
         let text = error.to_string();
@@ -52,6 +51,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let json = serde_json::to_string_pretty(&map).map_err(failed)? + "\n";
     let sentences = sentences(&map, &rig);
     let page = page(&map, &sentences);
+    super::make_folder(&arguments.out)?;
     let write = |name: &str, text: &str| write_file(&arguments.out.join(name), |out| out.write_all(text.as_bytes()));
     write("friction.html", &page.to_html())?;
     write("friction.json", &json)?;

@@ -307,6 +307,10 @@ fn unjudged(page: &mut Page, diagnosis: &Diagnosis) {
     ];
     let mut items: Vec<String> =
         columns.iter().filter(|(has, _)| !has).map(|(_, sentence)| (*sentence).to_string()).collect();
+    let moves = diagnosis.balances.is_empty() || diagnosis.balances.iter().any(|balance| balance.channel == "y_m");
+    if has.pressure_a && has.pressure_b && !moves {
+        items.push("The piston hardly moved: mechanics and friction could not be judged.".to_string());
+    }
     if !diagnosis.not_identifiable.is_empty() {
         let keys: Vec<String> = diagnosis.not_identifiable.iter().map(|key| format!("`{key}`")).collect();
         items.push(format!("Values and effects this recording does not excite: {}.", keys.join(", ")));
