@@ -33,6 +33,7 @@ const FITTED: usize = 7;
 /// Iterations after which candidates are compared, and how many of them are then finished.
 const FIRST_ITERATIONS: usize = 3;
 const FINISHED: usize = 3;
+const FINISHED_STRAINED: usize = 6;
 /// Most candidates tried where nominal values are strained.
 const MOST_STRAINED: usize = 14;
 /// Candidates tried in the place of each cause, and how often causes are exchanged.
@@ -42,7 +43,7 @@ const EXCHANGES: usize = 2;
 const LIKELIER: f64 = 4.0;
 const MOST_PRUNED: usize = 2;
 /// Iterations of a full fit.
-const ITERATIONS: usize = 10;
+const ITERATIONS: usize = 20;
 
 /// A hypothesis that was tried, for the appendix of the report.
 #[derive(Clone, Debug)]
@@ -70,7 +71,7 @@ fn gate(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
     let channels = hypothesis::channels(effect) & problem.judgeable & !Channel::Supply.bit();
     let noise = problem.noise_cost(channels);
     let left = (fit.cost_in(problem, channels) - noise).max(0.0);
-    (GATE + PER_PARAMETER * effect.parameter_count() as f64).max(RELEVANT * noise).max(RELEVANT_REST * left)
+    charge(effect).max(RELEVANT * noise).max(RELEVANT_REST * left)
 }
 
 /// The parameters that make an effect present at all, with their places and how far they are from neutral. The time
@@ -97,16 +98,22 @@ fn unsure(fit: &Fit, effect: Effect) -> bool {
     presence(fit, effect).all(|(place, _, away)| away < SURE * covariance[(place, place)].max(0.0).sqrt())
 }
 
-/// Cost with a charge for every cause and parameter: what is compared between hypotheses of different size.
+/// Cost with a charge for every cause and parameter: what is compared between hypotheses. Whether a cause matters is
+/// another question, see [`gate`].
 fn charged(problem: &Problem<'_>, fit: &Fit) -> f64 {
     if fit.hypothesis.effects.iter().any(|effect| negligible(fit, *effect)) {
         return f64::INFINITY;
     }
-    with_gates(problem, fit)
+    with_charges(problem, fit)
 }
 
-fn with_gates(problem: &Problem<'_>, fit: &Fit) -> f64 {
-    fit.cost(problem) + fit.hypothesis.effects.iter().map(|e| gate(problem, fit, *e)).sum::<f64>()
+fn with_charges(problem: &Problem<'_>, fit: &Fit) -> f64 {
+    fit.cost(problem) + fit.hypothesis.effects.iter().map(|e| charge(*e)).sum::<f64>()
+}
+
+/// What a cause must gain against chance.
+fn charge(effect: Effect) -> f64 {
+    GATE + PER_PARAMETER * effect.parameter_count() as f64
 }
 
 /// What an addition is worth before what it makes needless is taken out: earlier causes may have become negligible.
@@ -114,7 +121,7 @@ fn promise(problem: &Problem<'_>, fit: &Fit) -> f64 {
     if fit.hypothesis.effects.last().is_some_and(|added| negligible(fit, *added)) {
         return f64::INFINITY;
     }
-    with_gates(problem, fit)
+    with_charges(problem, fit)
 }
 
 /// Effects that the log could show at all.
@@ -288,7 +295,9 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
     let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * TIE;
-    let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, FINISHED).min(begun.len());
+    // From strained values a few steps lead less far.
+    let most = if strained == 0 { FINISHED } else { FINISHED_STRAINED };
+    let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, most).min(begun.len());
     let mut fits: Vec<Fit> = begun
         .par_iter()
         .enumerate()
@@ -325,12 +334,17 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
         if fit.hypothesis.effects.is_empty() {
             return fit;
         }
-        let smaller: Vec<Fit> =
-            fit.hypothesis.effects.par_iter().filter_map(|effect| refit_without(problem, &fit, *effect)).collect();
-        let best = smaller.into_iter().min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
-        match best {
-            Some(best) if charged(problem, &best) <= charged(problem, &fit) => fit = best,
-            _ => return fit,
+        let cost = fit.cost(problem);
+        // How much less than it should each cause gains.
+        let needless = fit.hypothesis.effects.par_iter().filter_map(|effect| {
+            let smaller = refit_without(problem, &fit, *effect)?;
+            let wanting = gate(problem, &fit, *effect) - (smaller.cost(problem) - cost);
+            let wanting = if negligible(&fit, *effect) { f64::INFINITY } else { wanting };
+            (wanting >= 0.0).then_some((wanting, smaller))
+        });
+        match needless.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((_, smaller)) => fit = smaller,
+            None => return fit,
         }
     }
 }
@@ -345,7 +359,9 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
         let fits = extensions(problem, &current, FITTED, &mut tried);
         let Some(next) = fits.into_iter().next() else { break };
-        if promise(problem, &next) >= charged(problem, &current) {
+        let added = next.hypothesis.effects.last().copied();
+        let enough = added.is_some_and(|e| current.cost(problem) - next.cost(problem) > gate(problem, &next, e));
+        if !enough || promise(problem, &next) >= charged(problem, &current) {
             break;
         }
         let next = prune(problem, next);
@@ -416,7 +432,8 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, tried: &mut V
 /// The fit without one of its causes.
 fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
     let smaller = fit.hypothesis.without(effect, problem.nominal);
-    problem.settle(smaller, hypothesis::channels(effect), ITERATIONS, charged(problem, fit))
+    let goal = fit.cost(problem) + gate(problem, fit, effect);
+    problem.settle(smaller, hypothesis::channels(effect), ITERATIONS, goal)
 }
 
 /// Replaces causes one at a time by better ones, as long as that helps; with what else could stand for each.

@@ -16,6 +16,9 @@ pub const MEMORY_S: f64 = 1.0;
 /// The first part of every stretch, s, during which the prediction settles and is not counted: where the spool stood
 /// and what was under way to it is unknown there.
 const SETTLING_S: f64 = 0.1;
+/// Near the end of its stroke a chamber is so small that the position's noise changes the predicted pressure more than the
+/// sensor's noise does: where the latter is less than this part of both, the prediction follows the measurement.
+const CLEAR: f64 = 0.5;
 /// Time constant while settling, s.
 const SETTLING_MEMORY_S: f64 = 0.02;
 
@@ -117,14 +120,19 @@ pub(crate) fn innovations(
     };
     let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
     let leak = if is_a { c.leak_a } else { c.leak_b };
+    let quality = if is_a { &record.quality.pressure_a } else { &record.quality.pressure_b };
+    let sigma = quality.standard_deviation.max(1.0);
     let lag = c.pressure_time_constant_s;
 
     let mut out = Vec::new();
     for stretch in stretches {
         let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
         let mut sensed = smooth.value[stretch.start] - offset;
-        let settled = record.t_s[stretch.start] + SETTLING_S;
+        let mut settled = record.t_s[stretch.start] + SETTLING_S;
         for k in stretch.range() {
+            if weights[k] * sigma < CLEAR {
+                settled = record.t_s[k] + SETTLING_S;
+            }
             let error = measured[k] - (sensed + offset);
             out.push(if record.t_s[k] >= settled { error * weights[k] } else { f64::NAN });
             if k + 1 == stretch.end {
