@@ -1,7 +1,8 @@
 //! Logs that say little get a plain answer: what is missing, or that nothing shows.
 
 use diagnosis::{DiagnosisError, diagnose};
-use rig_files::{Log, RigFile};
+use rig_files::{Log, RigFile, Verdict};
+use synthesis::blind::{Class, Nominal, plans};
 
 /// Five seconds at 1 kHz of a piston that rests, closed in at the slow-motion pressure.
 fn resting() -> Log {
@@ -48,4 +49,26 @@ fn nothing_is_named_where_nothing_moves() {
     let diagnosis = diagnose(&RigFile::paper_a(), &resting(), &|_| {}).expect("long enough");
     assert!(diagnosis.causes.is_empty(), "{:?}", diagnosis.causes);
     assert!(diagnosis.not_identifiable.iter().any(|id| id == "payload-mass"), "{:?}", diagnosis.not_identifiable);
+}
+
+#[test]
+fn without_a_command_a_resting_piston_is_no_log_to_judge() {
+    let error = diagnose(&RigFile::paper_a(), &Log { u_v: None, ..resting() }, &|_| {}).expect_err("nothing moves");
+    assert_eq!(error, DiagnosisError::Still);
+    assert!(error.to_string().contains("add u_v"), "{error}");
+}
+
+/// Such logs tempt to name a large mass, volume or lag: it suppresses the noise that a model passes on.
+#[test]
+fn poor_experiments_without_a_gap_name_nothing() {
+    let poor = plans(Class::Poor, Nominal::Exact, 24, 20_261_121);
+    let cases = poor.into_iter().map(|plan| (plan, plan.draw())).filter(|(_, case)| case.causes.is_empty()).take(4);
+    let mut count = 0;
+    for (plan, case) in cases {
+        let diagnosis = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        assert!(diagnosis.causes.is_empty(), "{plan}: {:?}", diagnosis.causes);
+        assert_eq!(diagnosis.verdict, Verdict::NoGap, "{plan}: {:?}", diagnosis.leads);
+        count += 1;
+    }
+    assert_eq!(count, 4);
 }
