@@ -75,7 +75,7 @@ fn naming(text: &mut String, entries: &[Entry]) -> std::fmt::Result {
     writeln!(
         text,
         "*Exact*: the hidden causes and no other. *With ties*: as many causes, each hidden or declared tied with a hidden one \
-         (at most four ties). Intervals are 95 % (Wilson).\n"
+         (at most four ties). *Failed*: no answer, as for a log whose columns make no balance. Intervals are 95 % (Wilson).\n"
     )?;
     writeln!(
         text,
