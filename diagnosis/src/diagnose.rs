@@ -117,6 +117,8 @@ pub struct Diagnosis {
     pub calibration: Vec<Calibration>,
     /// Gain on the part held back; `null` where the log does not allow full predictions.
     pub gain: Option<Gain>,
+    /// The same for a shorter and a longer horizon, where the part held back has room for them.
+    pub horizons: Vec<Gain>,
     /// Rig keys and effects this log says nothing about.
     pub not_identifiable: Vec<String>,
     /// What to record next.
@@ -290,7 +292,11 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     };
     let mut extended_rig = kept_fit.hypothesis.rig(rig, &kept_fit.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
-    let (gain, overlay) = match holdout::gain(record, rig, &extended_rig) {
+    let horizons = holdout::OTHER_HORIZONS_S
+        .into_iter()
+        .filter_map(|horizon_s| Some(holdout::gain(record, rig, &extended_rig, horizon_s)?.0))
+        .collect();
+    let (gain, overlay) = match holdout::gain(record, rig, &extended_rig, holdout::HORIZON_S) {
         Some((gain, overlay)) => (Some(gain), overlay),
         None => (None, Overlay::default()),
     };
@@ -308,6 +314,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         causes,
         calibration: calibration(problem, &kept_fit),
         gain,
+        horizons,
         not_identifiable: not_identifiable(problem, &kept_fit),
         leads: if quiet { Vec::new() } else { leads },
         description,
@@ -417,7 +424,9 @@ fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
 /// soaks up noise in a balance does.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found) -> bool {
     let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
-    let Some((gain, _)) = holdout::gain(problem.record, &extended(&found.null), &extended(&found.best)) else {
+    let Some((gain, _)) =
+        holdout::gain(problem.record, &extended(&found.null), &extended(&found.best), holdout::HORIZON_S)
+    else {
         return true;
     };
     let error = |of: &PerChannel| -> f64 {

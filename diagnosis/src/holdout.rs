@@ -8,6 +8,8 @@ use rig_files::RigFile;
 
 /// Prediction horizon, s.
 pub(crate) const HORIZON_S: f64 = 0.2;
+/// The gain is told for these horizons as well, s.
+pub(crate) const OTHER_HORIZONS_S: [f64; 2] = [0.05, 1.0];
 /// The spool is run in for this long before each restart, s.
 const RUN_IN_S: f64 = 0.15;
 
@@ -25,7 +27,7 @@ pub struct Overlay {
 }
 
 /// Errors of both models and of a perfect one; `None` if the log does not hold what a full prediction needs.
-pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile) -> Option<(Gain, Overlay)> {
+pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile, horizon_s: f64) -> Option<(Gain, Overlay)> {
     let has = record.available;
     if !(has.command && has.pressure_a && has.pressure_b) {
         return None;
@@ -36,7 +38,7 @@ pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile) -> Op
     let mut overlay = Overlay::default();
     let mut noise = Deviates(0x2545_F491_4F6C_DD1D);
     for stretch in record.stretches.iter().filter(|s| s.held_back) {
-        for window in windows(record, stretch) {
+        for window in windows(record, stretch, horizon_s) {
             let (start, end) = window;
             let run_in = run_in(record, stretch, start);
             let history = Commands { record, until: run_in };
@@ -66,13 +68,13 @@ pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile) -> Op
         return None;
     }
     let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| e.rmse());
-    Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s: HORIZON_S }, overlay))
+    Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
 }
 
 /// Starts and ends of predictions within a stretch, none of them touching an end stop.
-fn windows(record: &Record, stretch: &Stretch) -> Vec<(usize, usize)> {
+fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<(usize, usize)> {
     let interval = record.quality.interval_s.max(1.0e-6);
-    let (run_in, length) = ((RUN_IN_S / interval) as usize, (HORIZON_S / interval) as usize);
+    let (run_in, length) = ((RUN_IN_S / interval) as usize, (horizon_s / interval) as usize);
     let mut out = Vec::new();
     let mut start = stretch.start + run_in;
     while start + length <= stretch.end && length > 1 {
@@ -108,7 +110,9 @@ impl Commands<'_> {
     /// A simulator that begins in a state, with these commands behind it.
     fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
         let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
-        for k in 0..self.until {
+        let c = plant.coefficients();
+        let first = if c.line_delay_s > 0.0 || c.play_half_width_v > 0.0 { 0 } else { self.until };
+        for k in first..self.until {
             simulator.recall(self.record.u_v[k], self.record.interval_s(k));
         }
         simulator

@@ -252,6 +252,7 @@ pub fn diagnose_one_pressure(rig: &RigFile, log: &Log) -> Option<(Diagnosis, One
         causes,
         calibration: Vec::new(),
         gain: None,
+        horizons: Vec::new(),
         not_identifiable,
         next_experiment: Some(
             "Record the valve command and the pressure of the other chamber: without them neither flow nor driven strokes \

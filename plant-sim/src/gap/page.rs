@@ -160,8 +160,31 @@ fn gain(page: &mut Page, diagnosis: &Diagnosis) {
          were kept back: neither choice nor fit has seen them.",
         gain.horizon_s * 1e3
     )));
+    horizons(page, diagnosis);
     page.plots(overlays(diagnosis));
     balances(page, diagnosis);
+}
+
+/// The gain for other horizons: what grows with the horizon is a wrong rate, what does not is a wrong reading.
+fn horizons(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.horizons.is_empty() {
+        return;
+    }
+    let mut table = Table::new(["ahead", "", "rig file as given", "extended rig", "noise alone"]);
+    for gain in &diagnosis.horizons {
+        let h = &gain.holdout;
+        let mut ahead = format!("{:.0} ms", gain.horizon_s * 1e3);
+        for (name, key, get) in CHANNELS {
+            if let (Some(b), Some(e), Some(f)) = (get(&h.baseline_rmse), get(&h.extended_rmse), get(&h.noise_floor)) {
+                let ahead = std::mem::take(&mut ahead);
+                table.row([ahead, name.to_string(), quantity(key, b), quantity(key, e), quantity(key, f)]);
+            }
+        }
+    }
+    page.table(table.caption(
+        "The same for other horizons. An error that grows with the horizon is that of a rate, one that does not is that of \
+         a reading.",
+    ));
 }
 
 fn balances(page: &mut Page, diagnosis: &Diagnosis) {
