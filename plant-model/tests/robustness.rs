@@ -118,12 +118,18 @@ proptest! {
         let p = rig.equilibrium_pressure_pa();
         let mut simulator =
             Simulator::<f32>::from_state(plant, plant.state_at_rest(0.0, p, p), Stepper::equal_steps(2));
+        let bound = rig.friction.static_n / rig.friction.stiffness_n_per_m;
+        let mut fastest = 0.0f32;
         for u in commands {
             for _ in 0..20 {
                 simulator.advance(u, 1.0e-3);
                 let s = simulator.state();
-                // Without error control a breakaway within one step overshoots by part of the step's travel.
-                prop_assert!(s.y_m.is_finite() && s.v_m_per_s.is_finite() && s.z_m.abs() < 2.0e-4, "{:?}", s);
+                fastest = fastest.max(s.v_m_per_s.abs());
+                // Without error control a breakaway within one step overshoots by part of the step's travel; what hits an
+                // end stop keeps the bristle it arrived with.
+                let overshoot = 0.5e-3 * fastest;
+                prop_assert!(s.y_m.is_finite() && s.v_m_per_s.is_finite(), "{:?}", s);
+                prop_assert!(s.z_m.abs() <= bound + overshoot, "{:?} after {} m/s", s, fastest);
                 prop_assert!(s.p_a_pa > 0.5e5 && s.p_b_pa > 0.5e5, "{:?}", s);
             }
         }
