@@ -37,7 +37,7 @@ pub struct Description {
 #[derive(Clone, Debug, Serialize)]
 pub struct MissingTerm {
     /// The channels whose balance lacks it.
-    pub channels: Vec<&'static str>,
+    pub channels: Vec<Channel>,
     /// What it would be, in words.
     pub words: &'static str,
     /// The closed form, with `c` for the factor.
@@ -103,7 +103,7 @@ pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, ex
         _ => None,
     });
     let missing = found.map(|(place, term)| MissingTerm {
-        channels: Channel::ALL.into_iter().filter(|c| term.channels & c.bit() != 0).map(Channel::column).collect(),
+        channels: Channel::ALL.into_iter().filter(|c| term.channels & c.bit() != 0).collect(),
         words: term.words,
         formula: term.formula.clone(),
         factor: fit.hypothesis.values[place],

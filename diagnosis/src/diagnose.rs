@@ -10,6 +10,7 @@ use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Calibration, Cause, Estimate, Gain, PerChannel};
 use crate::record::{Available, Quality, Record, SHORTEST_STRETCH_S};
+use crate::residual::{Dependence, Peak, Residuals};
 use crate::search::{self, Found};
 use crate::terms;
 use plant_model::{Effect, Plant};
@@ -26,20 +27,21 @@ const CLOSED_DISPERSION_OF_FORCE: f64 = 4.0;
 /// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
 const CLOSED_COST_OF_MASS: f64 = 3.0;
 const CLOSED_COST_OF_FORCE: f64 = 5.0;
-// Or it looks like noise but for the worst part, two samples in a hundred: a slam, a breakaway.
 /// Predictions on the part held back count as no worse while their squared errors grow by no more than this.
 const NO_WORSE: f64 = 1.01;
-/// Misfit up to which a balance looks like noise.
+/// Misfit up to which causes leave nothing in a balance.
 const WHITE_ENOUGH: f64 = 1.12;
-/// … and may look like it where the part held back sees no gap: causes fitted to noise make it a little less than white.
+/// Misfit and long-run variance up to which a balance may be noise: causes fitted to it make it a little less than white.
 const LIKE_NOISE: f64 = 1.25;
 /// Part of what causes take away that must lie above the misfit of white noise.
 const LEAST_EXCESS: f64 = 0.4;
 /// Most causes named at once.
 const MOST_NAMED: usize = 3;
+/// Beyond the most causes named, one that explains less of the gap than this is a lead and casts no doubt on the others.
+const TRIFLE: f64 = 0.01;
 /// Least share of the gap for a cause named while a balance stays open.
 const LEAST_SHARE_BESIDE_A_GAP: f64 = 0.1;
-/// The worst part of a chamber's innovations is left out there: a slam into an end stop kinks what is smoothed.
+/// The worst part of the innovations, left out where a balance is judged: a slam into an end stop, a breakaway.
 const SLAMS: f64 = 0.02;
 /// A nominal value is called calibrated if it moved by this many of its standard errors and tenths of its tolerance.
 const CALIBRATED_SIGMAS: f64 = 2.0;
@@ -81,10 +83,10 @@ fn as_word<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::
 }
 
 /// How one balance stands after all.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Balance {
     /// `p_a_pa`, `p_b_pa`, `y_m` or `p_sup_pa`: the channel it predicts.
-    pub channel: &'static str,
+    pub channel: Channel,
     /// Misfit of the nominal rig over that of white noise; 1 is perfect.
     pub nominal_misfit: f64,
     /// The same with the causes found.
@@ -93,6 +95,10 @@ pub struct Balance {
     pub remaining_dispersion: f64,
     /// Whether nothing beyond noise remains.
     pub closed: bool,
+    /// Where its errors live: how much of them depends on what, most first.
+    pub depends_on: Vec<Dependence>,
+    /// The frequency at which the nominal rig errs most; `null` where the log is too broken for a spectrum.
+    pub peak: Option<Peak>,
 }
 
 /// A hypothesis that was tried.
@@ -190,8 +196,8 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let judgeable = balance::judgeable(&record);
     if judgeable & !Channel::Supply.bit() == 0 {
         let both = record.available.pressure_a && record.available.pressure_b;
-        return match diagnose_one_pressure(rig, log) {
-            Some((diagnosis, _)) => Ok(diagnosis),
+        return match diagnose_one_pressure(rig, &record) {
+            Some(diagnosis) => Ok(diagnosis),
             None if both => Err(DiagnosisError::Still),
             None => Err(DiagnosisError::NothingToJudge),
         };
@@ -219,32 +225,50 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     Ok(conclude(&problem, found))
 }
 
-fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
-    let (rig, record) = (problem.rig, problem.record);
-    let best = problem.with_errors(found.best.clone());
-    let innovations = [&found.null, &found.best].map(|fit| problem.innovations(fit).unwrap_or_default());
-    let balances = balances(problem, &found, &innovations);
-    let open: Channels = Channel::ALL
-        .iter()
-        .filter(|c| balances.iter().any(|b| b.channel == c.column() && !b.closed))
-        .map(|c| c.bit())
-        .sum();
+/// What stands of the causes found.
+struct Judgement {
+    causes: Vec<Cause>,
+    /// Effects that lower the misfit without a right to a name.
+    leads: Vec<Cause>,
+    /// Channels whose balance stays open.
+    open: Channels,
+    /// Whether something is left that no name covers.
+    gap: bool,
+    /// What the part held back does not confirm, beside balances that look like noise without it, is noise.
+    quiet: bool,
+}
 
+impl Judgement {
+    /// `closed`: whether the whole model predicts the part held back with what is named as well as noise allows.
+    fn verdict(&self, closed: bool) -> Verdict {
+        match (self.causes.is_empty(), self.gap && !self.quiet || !closed) {
+            (true, false) => Verdict::NoGap,
+            (true, true) => Verdict::Unexplained,
+            (false, false) => Verdict::Explained,
+            (false, true) => Verdict::PartlyExplained,
+        }
+    }
+}
+
+fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> Judgement {
+    let open: Channels = balances.iter().filter(|b| !b.closed).map(|b| b.channel.bit()).sum();
+    let all: Vec<Cause> =
+        found.best.hypothesis.effects.iter().enumerate().map(|(k, effect)| cause(problem, found, *effect, k)).collect();
     // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
-    let few = found.best.hypothesis.effects.len() <= MOST_NAMED;
-    let most = explains_most(&found, &balances);
-    let held = explains_excess(&found, &balances) && confirmed_on_hold_out(problem, &found);
+    let few = all.iter().filter(|c| c.share >= TRIFLE).count() <= MOST_NAMED;
+    let trifles = all.len() > MOST_NAMED;
+    let most = explains_most(found, balances);
+    let held = explains_excess(problem, found, balances) && confirmed_on_hold_out(problem, found);
     let confirmed = few && most && held;
-    // What the part held back does not confirm, beside balances that look like noise without it, is noise.
-    let quiet = !held && balances.iter().all(|b| b.nominal_misfit < LIKE_NOISE);
-    let shadows = shadows(problem, &found);
+    let shadows = shadows(problem, found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
-    for (index, effect) in found.best.hypothesis.effects.iter().enumerate() {
-        let cause = cause(problem, &best, &found, *effect, index);
+    for (cause, effect) in all.into_iter().zip(&found.best.hypothesis.effects) {
         // Where a gap stays open, a small share beside it is as likely its shadow.
         let stands = open == 0 || cause.share >= LEAST_SHARE_BESIDE_A_GAP;
-        if hypothesis::channels(*effect) & open == 0 && confirmed && stands && !shadows.contains(effect) {
+        let trifle = trifles && cause.share < TRIFLE;
+        let closed = hypothesis::channels(*effect) & open == 0;
+        if closed && confirmed && stands && !trifle && !shadows.contains(effect) {
             causes.push(cause);
         } else {
             leads.push(cause);
@@ -252,8 +276,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     }
     // What shares a balance with a mere lead may only make up for it.
     loop {
-        let doubtful = leads.iter().filter_map(|c: &Cause| Effect::from_id(&c.id)).map(hypothesis::channels);
-        let doubtful = doubtful.fold(0, |all, channels| all | channels);
+        let doubtful = acted_on(leads.iter().filter(|c| c.share >= TRIFLE));
         let shares = |c: &Cause| Effect::from_id(&c.id).is_some_and(|e| hypothesis::channels(e) & doubtful != 0);
         let Some(place) = causes.iter().position(shares) else { break };
         leads.push(causes.remove(place));
@@ -263,44 +286,46 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     leads.sort_by(by_share);
     // Causes that the part held back does not confirm leave a gap only where there is one without them.
     let any = !found.best.hypothesis.effects.is_empty();
-    let unclosed = any && balances.iter().any(|b| b.nominal_misfit >= closed_cost(b.channel));
-    let gap = open != 0 || !few || !most || !shadows.is_empty();
-    let verdict = match (causes.is_empty(), gap && !quiet) {
-        (true, false) if !unclosed => Verdict::NoGap,
-        (true, _) => Verdict::Unexplained,
-        (false, false) => Verdict::Explained,
-        (false, true) => Verdict::PartlyExplained,
-    };
+    let unclosed = any && causes.is_empty() && balances.iter().any(|b| b.nominal_misfit >= closed_cost(b.channel));
+    let gap = open != 0 || !few || trifles || !most || !shadows.is_empty() || unclosed;
+    let quiet = !held && balances.iter().all(|b| b.nominal_misfit < LIKE_NOISE);
+    Judgement { causes, leads, open, gap, quiet }
+}
+
+/// The channels that some causes act on.
+fn acted_on<'a>(causes: impl IntoIterator<Item = &'a Cause>) -> Channels {
+    causes.into_iter().filter_map(|c| Effect::from_id(&c.id)).fold(0, |all, e| all | hypothesis::channels(e))
+}
+
+fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
+    let (rig, record) = (problem.rig, problem.record);
+    let innovations = [&found.null, &found.best].map(|fit| problem.innovations(fit).unwrap_or_default());
+    let mut balances = balances(problem, &found, &innovations);
+    let judgement = judge(problem, &found, &balances);
 
     // What is only a lead does not become part of the rig.
     let mut kept = found.best.hypothesis.clone();
-    for lead in &leads {
+    for lead in &judgement.leads {
         if let Some(effect) = Effect::from_id(&lead.id) {
             kept = kept.without(effect, problem.nominal);
         }
     }
-    let kept_fit = if leads.is_empty() {
-        Some(best.clone())
-    } else {
-        problem.fit(kept.clone(), 6).map(|f| problem.with_errors(f))
-    };
-    let kept_fit = kept_fit.unwrap_or_else(|| best.clone());
-    let lacking =
-        leads.iter().filter_map(|c| Effect::from_id(&c.id)).map(hypothesis::channels).fold(open, |a, b| a | b);
-    let description = if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
-        description(problem, &kept_fit, lacking)
-    } else {
-        None
-    };
-    let mut extended_rig = kept_fit.hypothesis.rig(rig, &kept_fit.hypothesis.values);
+    let refitted = (!judgement.leads.is_empty()).then(|| problem.fit(kept, 6).map(|fit| problem.with_errors(fit)));
+    let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
+    let mut extended_rig = kept.hypothesis.rig(rig, &kept.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
-    let horizons = holdout::OTHER_HORIZONS_S
-        .into_iter()
-        .filter_map(|horizon_s| Some(holdout::gain(record, rig, &extended_rig, horizon_s)?.0))
-        .collect();
-    let (gain, overlay) = match holdout::gain(record, rig, &extended_rig, holdout::HORIZON_S) {
-        Some((gain, overlay)) => (Some(gain), overlay),
-        None => (None, Overlay::default()),
+    let held = holdout::Comparison::new(record, rig, &extended_rig);
+    let at = |horizon_s: f64| held.as_ref()?.gain(horizon_s);
+    let horizons = holdout::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(horizon_s)?.0)).collect();
+    let (gain, overlay) = at(holdout::HORIZON_S).map_or_else(Default::default, |(gain, overlay)| (Some(gain), overlay));
+
+    let closed = gain.is_none_or(|gain| gain.holdout.closed());
+    let verdict = judgement.verdict(closed);
+    let description = match verdict {
+        Verdict::Unexplained | Verdict::PartlyExplained => {
+            description(problem, &kept, judgement.open | acted_on(&judgement.leads))
+        }
+        Verdict::NoGap | Verdict::Explained => None,
     };
     let mut hypotheses: Vec<Hypothesised> = found
         .tried
@@ -310,21 +335,27 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     hypotheses.push(Hypothesised { effects: vec![], cost: found.null.undispersed(), fitted: true });
     hypotheses.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     hypotheses.dedup_by(|a, b| a.effects == b.effects && a.fitted == b.fitted);
+    let evidence = evidence(problem, innovations, overlay);
+    let residuals = Residuals::new(&evidence, &record.quality, &rig.rig);
+    for (balance, channel) in balances.iter_mut().zip(judged(problem)) {
+        balance.depends_on = residuals.dependences(channel);
+        balance.peak = residuals.peak(channel);
+    }
     Diagnosis {
         verdict,
-        next_experiment: next_experiment(verdict, &causes, problem),
-        causes,
-        calibration: calibration(problem, &kept_fit),
+        next_experiment: next_experiment(verdict, &judgement.causes, problem),
+        causes: judgement.causes,
+        calibration: calibration(problem, &kept),
         gain,
         horizons,
-        not_identifiable: not_identifiable(problem, &kept_fit),
-        leads: if quiet { Vec::new() } else { leads },
+        not_identifiable: not_identifiable(problem, &kept),
+        leads: if verdict == Verdict::NoGap { Vec::new() } else { judgement.leads },
         description,
         balances,
         log: LogSummary { available: record.available, quality: record.quality.clone() },
         hypotheses,
         extended_rig,
-        evidence: evidence(problem, innovations, overlay),
+        evidence,
     }
 }
 
@@ -334,15 +365,19 @@ fn closed_dispersion(channel: Channel) -> f64 {
 }
 
 /// The misfit below which a balance is closed.
-fn closed_cost(column: &str) -> f64 {
-    if column == Channel::Position.column() { CLOSED_COST_OF_FORCE } else { CLOSED_COST_OF_MASS }
+fn closed_cost(channel: Channel) -> f64 {
+    if channel == Channel::Position { CLOSED_COST_OF_FORCE } else { CLOSED_COST_OF_MASS }
+}
+
+/// The channels that could be judged.
+fn judged(problem: &Problem<'_>) -> impl Iterator<Item = Channel> {
+    let judgeable = problem.judgeable;
+    Channel::ALL.into_iter().filter(move |channel| judgeable & channel.bit() != 0)
 }
 
 fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
     let dispersion = problem.dispersion_at(&found.best);
-    Channel::ALL
-        .into_iter()
-        .filter(|channel| problem.judgeable & channel.bit() != 0)
+    judged(problem)
         .map(|channel| {
             let index = channel as usize;
             let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
@@ -351,21 +386,28 @@ fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]
             let slams = if channel == Channel::Position { 0.0 } else { SLAMS };
             let calm = calm_misfit(&innovations[1].channels[index], slams);
             Balance {
-                channel: channel.column(),
+                channel,
                 nominal_misfit: found.null.channel_cost[index] / white,
                 extended_misfit,
                 remaining_dispersion: dispersion[index],
-                closed: calm < closed_cost(channel.column()) && dispersion[index] < closed_dispersion(channel)
+                closed: calm < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
                     || calm_misfit(&innovations[1].channels[index], SLAMS) < LIKE_NOISE
                         && dispersion[index] < LIKE_NOISE,
+                depends_on: Vec::new(),
+                peak: None,
             }
         })
         .collect()
 }
 
+/// The channels that the causes act on.
+fn touched(found: &Found) -> Channels {
+    found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e))
+}
+
 /// Causes that terms outside the catalogue make needless.
 fn shadows(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
-    let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
+    let touched = touched(found);
     if touched == 0 {
         return Vec::new();
     }
@@ -382,25 +424,25 @@ fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<De
 /// Whether the causes take away more misfit from the balances they act on than they leave: a name for the smaller part
 /// of a gap is a guess.
 fn explains_most(found: &Found, balances: &[Balance]) -> bool {
-    let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
+    let touched = touched(found);
     let (mut gained, mut left) = (0.0, 0.0);
-    for channel in Channel::ALL.into_iter().filter(|c| touched & c.bit() != 0) {
-        for balance in balances.iter().filter(|b| b.channel == channel.column()) {
-            gained += balance.nominal_misfit - balance.extended_misfit;
-            left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
-        }
+    for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
+        gained += balance.nominal_misfit - balance.extended_misfit;
+        left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
     }
     touched == 0 || gained > left
 }
 
-/// Whether what the causes take away is largely misfit beyond noise: a model that suppresses noise, such as a large volume
-/// or mass that answers nothing, makes balances whiter than white.
-fn explains_excess(found: &Found, balances: &[Balance]) -> bool {
-    let touched = found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e));
+/// Whether what the causes take away is largely misfit beyond noise, or strain of nominal values: a model that suppresses
+/// noise, such as a large volume or mass that answers nothing, makes balances whiter than white.
+fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
+    let touched = touched(found);
+    let relieved = found.null.prior_cost - found.best.prior_cost;
     let of = |value: fn(f64) -> f64| -> f64 {
-        let channels = Channel::ALL.into_iter().filter(|c| touched & c.bit() != 0);
-        let pairs = channels.flat_map(|c| balances.iter().filter(move |b| b.channel == c.column()));
-        pairs.map(|b| value(b.nominal_misfit) - value(b.extended_misfit)).sum()
+        let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
+        let gains = acted_on
+            .map(|b| (value(b.nominal_misfit) - value(b.extended_misfit)) * problem.noise_cost(b.channel.bit()));
+        gains.sum::<f64>() + relieved
     };
     touched == 0 || of(|misfit| misfit.max(1.0)) >= LEAST_EXCESS * of(|misfit| misfit)
 }
@@ -428,20 +470,14 @@ fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
 /// soaks up noise in a balance does.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found) -> bool {
     let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
-    let Some((gain, _)) =
-        holdout::gain(problem.record, &extended(&found.null), &extended(&found.best), holdout::HORIZON_S)
-    else {
-        return true;
-    };
-    let error = |of: &PerChannel| -> f64 {
-        let floor = &gain.holdout.noise_floor;
-        let pairs = [(of.y_m, floor.y_m), (of.p_a_pa, floor.p_a_pa), (of.p_b_pa, floor.p_b_pa)];
-        pairs.into_iter().filter_map(|(error, floor)| Some((error? / floor?).powi(2))).sum()
-    };
+    let models = holdout::Comparison::new(problem.record, &extended(&found.null), &extended(&found.best));
+    let Some((gain, _)) = models.and_then(|models| models.gain(holdout::HORIZON_S)) else { return true };
+    let error = |of: &PerChannel| of.over(&gain.holdout.noise_floor).map(|ratio| ratio.powi(2)).sum::<f64>();
     error(&gain.holdout.extended_rmse) < NO_WORSE * error(&gain.holdout.baseline_rmse)
 }
 
-fn cause(problem: &Problem<'_>, best: &Fit, found: &Found, effect: Effect, index: usize) -> Cause {
+fn cause(problem: &Problem<'_>, found: &Found, effect: Effect, index: usize) -> Cause {
+    let best = &found.best;
     let info = effect.info();
     let values = best.hypothesis.values_of(effect);
     let mut parameters = Vec::new();

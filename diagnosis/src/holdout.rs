@@ -26,49 +26,63 @@ pub struct Overlay {
     pub extended: [Vec<f64>; 3],
 }
 
-/// Errors of both models and of a perfect one; `None` if the log does not hold what a full prediction needs.
-pub(crate) fn gain(record: &Record, nominal: &RigFile, extended: &RigFile, horizon_s: f64) -> Option<(Gain, Overlay)> {
-    let has = record.available;
-    if !(has.command && has.pressure_a && has.pressure_b) {
-        return None;
+/// Two models to be compared on the part of a log held back.
+pub(crate) struct Comparison<'a> {
+    record: &'a Record,
+    baseline: Model,
+    extended: Model,
+}
+
+impl<'a> Comparison<'a> {
+    /// `None` if the log does not hold what a full prediction needs.
+    pub(crate) fn new(record: &'a Record, nominal: &RigFile, extended: &RigFile) -> Option<Self> {
+        let has = record.available;
+        if !(has.command && has.pressure_a && has.pressure_b) {
+            return None;
+        }
+        let model = |file: &RigFile| Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?));
+        Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
     }
-    let baseline = Model::new(record, Plant::new(&nominal.rig, &nominal.effects).ok()?);
-    let better = Model::new(record, Plant::new(&extended.rig, &extended.effects).ok()?);
-    let mut errors = [Errors::default(), Errors::default(), Errors::default()];
-    let mut overlay = Overlay::default();
-    let mut noise = Deviates(0x2545_F491_4F6C_DD1D);
-    for stretch in record.stretches.iter().filter(|s| s.held_back) {
-        for window in windows(record, stretch, horizon_s) {
-            let (start, end) = window;
-            let run_in = run_in(record, stretch, start);
-            let history = Commands { record, until: run_in };
-            let predictions = [&baseline, &better].map(|model| predict(record, model, &history, run_in, start, end));
-            // Were the extended model the rig, its predictions would still miss the sensors' noise, and what that and
-            // smoothing leave unknown about the start.
-            let perfect = as_if(record, &better, &history, run_in..end, &mut noise);
-            let alike = Model { plant: better.plant, supply_pa: better.supply_pa[run_in..end].to_vec() };
-            let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
-            for (k, at) in (start..end).enumerate() {
-                let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
-                errors[0].add(&measured, &predictions[0][k]);
-                errors[1].add(&measured, &predictions[1][k]);
-                let at_perfect = at - run_in;
-                let sensed = [perfect.y_m[at_perfect], perfect.p_a_pa[at_perfect], perfect.p_b_pa[at_perfect]];
-                errors[2].add(&sensed, &own[k]);
-                overlay.t_s.push(record.t_s[at]);
-                for channel in 0..3 {
-                    overlay.measured[channel].push(measured[channel]);
-                    overlay.baseline[channel].push(predictions[0][k][channel]);
-                    overlay.extended[channel].push(predictions[1][k][channel]);
+
+    /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
+    pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
+        let Self { record, baseline, extended } = self;
+        let mut errors = [Errors::default(), Errors::default(), Errors::default()];
+        let mut overlay = Overlay::default();
+        let mut noise = Deviates(0x2545_F491_4F6C_DD1D);
+        for stretch in record.stretches.iter().filter(|s| s.held_back) {
+            for (start, end) in windows(record, stretch, horizon_s) {
+                let run_in = run_in(record, stretch, start);
+                let history = Commands { record, until: run_in };
+                let predictions =
+                    [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
+                // Were the extended model the rig, its predictions would still miss the sensors' noise, and what that
+                // and smoothing leave unknown about the start.
+                let perfect = as_if(record, extended, &history, run_in..end, &mut noise);
+                let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[run_in..end].to_vec() };
+                let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
+                for (k, at) in (start..end).enumerate() {
+                    let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
+                    errors[0].add(&measured, &predictions[0][k]);
+                    errors[1].add(&measured, &predictions[1][k]);
+                    let at_perfect = at - run_in;
+                    let sensed = [perfect.y_m[at_perfect], perfect.p_a_pa[at_perfect], perfect.p_b_pa[at_perfect]];
+                    errors[2].add(&sensed, &own[k]);
+                    overlay.t_s.push(record.t_s[at]);
+                    for channel in 0..3 {
+                        overlay.measured[channel].push(measured[channel]);
+                        overlay.baseline[channel].push(predictions[0][k][channel]);
+                        overlay.extended[channel].push(predictions[1][k][channel]);
+                    }
                 }
             }
         }
+        if errors[0].count == 0.0 {
+            return None;
+        }
+        let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| e.rmse());
+        Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
     }
-    if errors[0].count == 0.0 {
-        return None;
-    }
-    let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| e.rmse());
-    Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
 }
 
 /// Starts and ends of predictions within a stretch, none of them touching an end stop.
@@ -151,8 +165,9 @@ fn as_if(
 fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     let plant = &model.plant;
     let c = plant.coefficients();
-    let v = record.motion.slope[k] / c.position_scale;
-    let y = record.motion.value[k] / c.position_scale + v * c.position_delay_s;
+    // A late signal shows later what was true then.
+    let then = record.moment(k, c.position_delay_s, 0..record.len());
+    let (y, v) = (then.of(&record.motion.value) / c.position_scale, then.of(&record.motion.slope) / c.position_scale);
     let lag = c.pressure_time_constant_s;
     let (sensed_a, sensed_b) =
         (record.p_a_smooth.value[k] - c.pressure_a_offset_pa, record.p_b_smooth.value[k] - c.pressure_b_offset_pa);

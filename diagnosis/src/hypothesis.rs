@@ -293,7 +293,9 @@ impl Hypothesis {
     ///
     /// An effect that changes what a nominal value already stands for takes over its correction: the value returns to
     /// nominal, and with a single twin it is fitted no more, because its tolerance then only pulls it there.
-    pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
+    ///
+    /// Nominal values far beyond their tolerance, which stood in for what is missing, start `anew` or stay where they are.
+    pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64], anew: bool) -> Self {
         let mut out = Self { effects: self.effects.clone(), ..Self::default() };
         out.effects.push(effect);
         let twins = twins(effect);
@@ -313,16 +315,29 @@ impl Hypothesis {
                 }
             }
             if !twin || twins.len() > 1 {
-                // A nominal value far beyond its tolerance stood in for what is missing: it starts anew.
-                let strained = parameter.tolerance.is_some_and(|t| (value - parameter.neutral).abs() > STRAINED * t)
+                let strained = anew
+                    && parameter.tolerance.is_some_and(|t| (value - parameter.neutral).abs() > STRAINED * t)
                     && parameter.channels & channels(effect) != 0;
                 out.parameters.push(*parameter);
                 out.values.push(if twin || strained { parameter.neutral } else { *value });
             }
         }
+        if effect == Effect::CoulombFriction {
+            let neutral = parameters.first().map_or(1.0, |p| p.neutral);
+            out.scale_breakaway(neutral / start.first().copied().unwrap_or(neutral));
+        }
         out.parameters.extend(parameters);
         out.values.extend(start);
         out
+    }
+
+    /// Multiplies the nominal breakaway force, which a friction level carries with it, as far as its bounds allow.
+    fn scale_breakaway(&mut self, factor: f64) {
+        for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
+            if matches!(parameter.slot, Slot::Nominal(key) if key.path == "friction.static_n") {
+                *value = (*value * factor).clamp(parameter.min, parameter.max);
+            }
+        }
     }
 
     /// The same without one effect; nominal values it stood in for are corrected again.
@@ -336,6 +351,9 @@ impl Hypothesis {
             }
         }
         let removed = self.values_of(effect).first().copied();
+        if let (Effect::CoulombFriction, Some(scale)) = (effect, removed) {
+            out.scale_breakaway(scale);
+        }
         for parameter in nominal {
             let Slot::Nominal(key) = parameter.slot else { continue };
             let (true, Some(removed)) = (twins(effect).contains(&key.path), removed) else { continue };

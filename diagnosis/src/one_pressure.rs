@@ -3,14 +3,13 @@
 //! With the other chamber's pressure unknown, a driven stroke says little: whatever force is missing may be back pressure.
 //! While the measured chamber is at atmosphere and the other one is not driven, only weight, friction and damping act:
 //! `M y'' = -F_0 - F_c sign(v) - c v`. Coasting on and falling back have opposite friction and the same constant force, so
-//! the two together separate them. One direction alone gives a bound.
+//! the two together separate them. One direction alone does not.
 
 use crate::diagnose::{Diagnosis, Evidence, LogSummary};
 use crate::outcome::{Cause, Estimate};
 use crate::record::Record;
 use plant_model::Effect;
-use rig_files::{Log, RigFile, Verdict};
-use serde::Serialize;
+use rig_files::{RigFile, Verdict};
 
 /// The measured chamber counts as vented below this part of its highest gauge pressure; what is left of it is accounted for.
 const VENTED: f64 = 0.1;
@@ -27,33 +26,24 @@ const UNNOTICED_ASYMMETRY: f64 = 0.1;
 const REST_SIGMAS: f64 = 4.0;
 
 /// A force with its standard error, N.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Force {
+#[derive(Clone, Copy)]
+struct Force {
     /// Value, N.
-    pub value_n: f64,
+    value_n: f64,
     /// Standard error from one stroke to the next, N.
-    pub std_error_n: f64,
+    std_error_n: f64,
 }
 
 /// What one pressure and a position allow.
-#[derive(Clone, Debug, Serialize)]
-pub struct OnePressure {
-    /// Which chamber was measured.
-    pub chamber: &'static str,
-    /// Strokes with a usable vented phase away from the measured chamber (coasting) and towards it (falling back).
-    pub phases: [usize; 2],
+struct OnePressure {
     /// Force while coasting away, extrapolated to standstill: constant force plus friction, N along -y.
-    pub coasting: Option<Force>,
+    coasting: Option<Force>,
     /// Force while returning, at the speed it returns with: constant force less friction and damping, N along -y.
-    pub returning: Option<Force>,
+    returning: Option<Force>,
     /// The constant force opposing +y, N; needs both.
-    pub constant_force: Option<Force>,
-    /// The least and the most it can be, given what was seen, N.
-    pub bounds_n: [f64; 2],
+    constant_force: Option<Force>,
     /// The weight of the rig file's mass, N, for comparison.
-    pub weight_n: f64,
-    /// Largest force missing while driven, N: mostly the pressure of the chamber that was not measured.
-    pub driven_missing_n: f64,
+    weight_n: f64,
 }
 
 /// One vented phase: force per mass against velocity.
@@ -63,12 +53,10 @@ struct Phase {
 }
 
 /// Judges a log with exactly one chamber pressure and a position; `None` if there is no such pressure or no vented phase.
-#[must_use]
-pub fn one_pressure(rig: &RigFile, log: &Log) -> Option<OnePressure> {
-    let record = Record::new(log, rig);
-    let (pressure, sign, chamber) = match (record.available.pressure_a, record.available.pressure_b) {
-        (true, false) => (&record.p_a_pa, 1.0, "A"),
-        (false, true) => (&record.p_b_pa, -1.0, "B"),
+fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
+    let (pressure, sign) = match (record.available.pressure_a, record.available.pressure_b) {
+        (true, false) => (&record.p_a_pa, 1.0),
+        (false, true) => (&record.p_b_pa, -1.0),
         _ => return None,
     };
     let atmosphere = rig.rig.supply.atmosphere_pa;
@@ -89,20 +77,15 @@ pub fn one_pressure(rig: &RigFile, log: &Log) -> Option<OnePressure> {
     let rest = REST_SIGMAS * noise * (3.0 / (m * (m + 1.0) * (2.0 * m + 1.0))).sqrt() / usual;
 
     let mut phases: [Vec<Phase>; 2] = [Vec::new(), Vec::new()];
-    let mut driven_missing_n = 0.0_f64;
     let mut current: Option<(usize, Phase)> = None;
     for k in reach..record.len() - reach {
-        let moved = motion(&record, k, reach);
+        let moved = motion(record, k, reach);
         let inside = record.y_m[k] > low + margin && record.y_m[k] < high - margin;
         let whole = record.t_s[k + reach] - record.t_s[k - reach] < 3.0 * (2 * reach) as f64 * usual;
         let around = &pressure[k - reach..=k + reach];
         let gauge_pa = mean(around) - zero;
         let vented = gauge_pa < VENTED * highest;
         let (v, a) = (sign * moved.0, sign * moved.1);
-        if inside && whole && !vented {
-            let drive = area * (pressure[k] - zero);
-            driven_missing_n = driven_missing_n.max(drive - mass * a);
-        }
         let direction = usize::from(v < 0.0);
         let usable = inside && whole && vented && v.abs() > rest;
         if let Some((was, phase)) = current.take_if(|(was, _)| !usable || *was != direction)
@@ -139,19 +122,7 @@ pub fn one_pressure(rig: &RigFile, log: &Log) -> Option<OnePressure> {
             std_error_n: scatter.hypot(extrapolation).hypot(uneven),
         }
     });
-    let top = coasting.map_or(f64::INFINITY, |f| f.value_n + 2.0 * f.std_error_n);
-    let bottom = returning.map_or(f64::NEG_INFINITY, |f| f.value_n - 2.0 * f.std_error_n);
-    let bounds_n = if sign > 0.0 { [bottom, top] } else { [-top, -bottom] };
-    Some(OnePressure {
-        chamber,
-        phases: [phases[0].len(), phases[1].len()],
-        coasting,
-        returning,
-        constant_force,
-        bounds_n,
-        weight_n: 9.81 * mass,
-        driven_missing_n,
-    })
+    Some(OnePressure { coasting, returning, constant_force, weight_n: 9.81 * mass })
 }
 
 /// Velocity and acceleration of a parabola around a sample.
@@ -208,11 +179,9 @@ fn combine(values: impl Iterator<Item = f64>) -> Option<Force> {
 /// The constant force must exceed its standard error by this factor to be named.
 const NAMED_SIGMAS: f64 = 4.0;
 
-/// [`one_pressure`] in the form of a diagnosis, for a log on which [`crate::diagnose`] finds nothing to judge.
-#[must_use]
-pub fn diagnose_one_pressure(rig: &RigFile, log: &Log) -> Option<(Diagnosis, OnePressure)> {
-    let seen = one_pressure(rig, log)?;
-    let record = Record::new(log, rig);
+/// [`one_pressure`] in the form of a diagnosis, for a log on which [`crate::diagnose()`] finds nothing to judge.
+pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Diagnosis> {
+    let seen = one_pressure(rig, record)?;
     let nominal = rig.effects.get(Effect::ConstantForce).map_or(0.0, |values| values[0]);
     let mut extended_rig = rig.clone();
     let mut causes = Vec::new();
@@ -267,7 +236,7 @@ pub fn diagnose_one_pressure(rig: &RigFile, log: &Log) -> Option<(Diagnosis, One
         extended_rig,
         evidence: Evidence::default(),
     };
-    Some((diagnosis, seen))
+    Some(diagnosis)
 }
 
 /// Half the distance between coasting and returning: friction.

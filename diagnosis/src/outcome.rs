@@ -52,6 +52,14 @@ pub struct PerChannel {
     pub p_b_pa: Option<f64>,
 }
 
+impl PerChannel {
+    /// Each figure over another's, where both were measured.
+    pub(crate) fn over(&self, other: &Self) -> impl Iterator<Item = f64> {
+        let pairs = [(self.y_m, other.y_m), (self.p_a_pa, other.p_a_pa), (self.p_b_pa, other.p_b_pa)];
+        pairs.into_iter().filter_map(|(one, other)| Some(one? / other?))
+    }
+}
+
 /// Prediction errors on the part of the log held back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct HoldOut {
@@ -61,6 +69,24 @@ pub struct HoldOut {
     pub extended_rmse: PerChannel,
     /// What a perfect model would show, given the sensors' noise.
     pub noise_floor: PerChannel,
+}
+
+/// The whole model predicts the part held back as well as it can while its errors are no more than this many times what
+/// noise alone makes: beside a right extended rig they were at most 1.5 times that, where the piston sticks and slips.
+const CLOSED: f64 = 1.75;
+
+impl HoldOut {
+    /// Whether the extended rig predicts about as well as noise allows.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        self.worst_ratio() < CLOSED
+    }
+
+    /// Error of the extended rig over the noise floor, in the channel where it is largest; 0 where nothing was measured.
+    #[must_use]
+    pub fn worst_ratio(&self) -> f64 {
+        self.extended_rmse.over(&self.noise_floor).fold(0.0, f64::max)
+    }
 }
 
 /// The gain of the extended model.

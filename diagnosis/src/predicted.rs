@@ -15,7 +15,7 @@ const SMOOTHLESS: [Effect; 6] = [
     Effect::StaticFriction,
 ];
 /// Starting values of an effect, beside the neutral ones, from which slopes are taken: those that gain the most as they are.
-const SLOPED: usize = 2;
+const SLOPED: usize = 3;
 
 /// A candidate at its starting values.
 struct Started {
@@ -47,8 +47,10 @@ impl Problem<'_> {
         (candidates.par_iter().zip(&started).zip(sloped))
             .map(|((extended, started), sloped)| {
                 let Some(started) = started else { return 0.0 };
-                if !sloped {
-                    return started.gained.max(0.0);
+                match sloped {
+                    Start::Sloped => {}
+                    Start::AsItIs => return started.gained.max(0.0),
+                    Start::OnASlope => return 0.0,
                 }
                 let at_start = started.residuals.as_ref().unwrap_or(&base);
                 let added: Vec<Residuals> = (values.len()..extended.parameters.len())
@@ -88,15 +90,40 @@ impl Problem<'_> {
     }
 }
 
-/// Which candidates are worth taking slopes: all neutral starts, and of each effect's others the best.
-fn sloped(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec<bool> {
+/// What becomes of a start.
+#[derive(Clone, Copy)]
+enum Start {
+    /// It is worth taking slopes there.
+    Sloped,
+    /// What it gains as it is tells enough.
+    AsItIs,
+    /// A neighbour on the same grid lies lower: it leads into the same valley.
+    OnASlope,
+}
+
+/// Which candidates are worth taking slopes: all neutral starts, and of each effect's others the best. Breakaway forces form
+/// a grid over several valleys; of each valley the lowest point counts.
+fn sloped(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec<Start> {
     let last = |place: usize| candidates[place].effects.last();
     let moved = |place: usize| started[place].as_ref().filter(|s| s.residuals.is_some()).map(|s| s.gained);
+    let on_a_slope = |place: usize, gained: f64| {
+        let neighbours = [place.wrapping_sub(1), place + 1].into_iter().filter(|other| *other < candidates.len());
+        let mut same = neighbours.filter(|other| last(*other) == last(place));
+        last(place) == Some(&Effect::StaticFriction) && same.any(|other| moved(other).is_some_and(|g| g > gained))
+    };
+    let starts: Vec<Start> = (0..candidates.len())
+        .map(|place| match moved(place) {
+            Some(gained) if on_a_slope(place, gained) => Start::OnASlope,
+            _ => Start::Sloped,
+        })
+        .collect();
     (0..candidates.len())
         .map(|place| {
-            let Some(gained) = moved(place) else { return started[place].is_some() };
+            let (Some(gained), Start::Sloped) = (moved(place), starts[place]) else { return starts[place] };
             let rivals = (0..candidates.len()).filter(|other| *other != place && last(*other) == last(place));
-            rivals.filter(|other| moved(*other).is_some_and(|g| g > gained)).count() < SLOPED
+            let better =
+                |other: &usize| matches!(starts[*other], Start::Sloped) && moved(*other).is_some_and(|g| g > gained);
+            if rivals.filter(better).count() < SLOPED { Start::Sloped } else { Start::AsItIs }
         })
         .collect()
 }

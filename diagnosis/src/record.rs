@@ -1,5 +1,6 @@
 //! The log made ready: usable samples, uninterrupted stretches, the part held back, noise levels, smoothed signals.
 
+use crate::balance::motion::velocity_error;
 use crate::noise::{self, ChannelNoise};
 use crate::smooth::{Smoothed, parabola, slopes};
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
@@ -24,6 +25,21 @@ const END_LASTING_S: f64 = 0.1;
 /// Stretches shorter than this say nothing, s.
 pub(crate) const SHORTEST_STRETCH_S: f64 = 0.3;
 
+/// A chamber smaller than this many tolerances of its volume at mid stroke may as well be closed: what its pressure does is
+/// anyone's guess.
+const UNKNOWN_VOLUME: f64 = 3.0;
+/// A piston that rests against this many times its static friction leans on an end stop, if its position reads no farther
+/// than this part of half the stroke from there.
+const LEANING: f64 = 3.0;
+const NEAR_END: f64 = 0.15;
+/// Fewer samples against a stop tell nothing of where it is.
+const LEAST_LEANING: usize = 50;
+
+/// A position reading that repeats the log's lowest or highest value this often in a row is at its limit …
+const RAILED: usize = 20;
+/// … if noise, in smallest steps, would else have moved it.
+const MOVED_BY_NOISE: f64 = 0.6;
+
 /// Consecutive samples without interruption, all for fitting or all held back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
@@ -35,6 +51,22 @@ pub(crate) struct Stretch {
 impl Stretch {
     pub(crate) fn range(&self) -> core::ops::Range<usize> {
         self.start..self.end
+    }
+}
+
+/// A moment between two samples.
+#[derive(Clone, Copy)]
+pub(crate) struct Moment {
+    low: usize,
+    high: usize,
+    /// Part of the way from one to the other.
+    part: f64,
+}
+
+impl Moment {
+    /// A signal then, linear between the samples.
+    pub(crate) fn of(&self, signal: &[f64]) -> f64 {
+        signal[self.low] + (signal[self.high] - signal[self.low]) * self.part
     }
 }
 
@@ -91,6 +123,8 @@ pub(crate) struct Record {
     pub(crate) motion: Smoothed,
     pub(crate) p_a_smooth: Smoothed,
     pub(crate) p_b_smooth: Smoothed,
+    /// Where the lower and the upper end stop read, m, if the piston leans on them.
+    pub(crate) end_stops_m: [Option<f64>; 2],
     /// Whether the piston may touch an end stop, or the sensor its limit: there the force balance is open.
     pub(crate) at_end: Vec<bool>,
     /// One over the standard deviation of what a perfect prediction of p_a would miss, 1/Pa.
@@ -136,7 +170,8 @@ impl Record {
         record.divide();
         record.estimate_noise();
         record.smooth();
-        record.weigh(&rig.rig);
+        record.end_stops_m = record.find_end_stops(&rig.rig);
+        record.weigh(rig);
         record.mark_ends(rig);
         record
     }
@@ -169,6 +204,24 @@ impl Record {
     /// Time to the next sample, s; the usual interval behind the last one.
     pub(crate) fn interval_s(&self, k: usize) -> f64 {
         if k + 1 < self.len() { self.t_s[k + 1] - self.t_s[k] } else { self.quality.interval_s }
+    }
+
+    /// Where the time `by_s` after (before, if negative) sample `k` lies within some samples.
+    pub(crate) fn moment(&self, k: usize, by_s: f64, within: core::ops::Range<usize>) -> Moment {
+        let t_s = self.t_s[k] + by_s;
+        let guess = k as f64 + by_s / self.quality.interval_s.max(1.0e-9);
+        let last = within.end.saturating_sub(1).max(within.start);
+        // Sampling is nearly even: the place is a few samples from the guess at most, unless the log is interrupted.
+        let mut low = (guess.max(0.0) as usize).clamp(within.start, last);
+        while low < last && self.t_s[low + 1] <= t_s {
+            low += 1;
+        }
+        while low > within.start && self.t_s[low] > t_s {
+            low -= 1;
+        }
+        let high = (low + 1).min(last);
+        let step = self.t_s[high] - self.t_s[low];
+        Moment { low, high, part: if step > 0.0 { ((t_s - self.t_s[low]) / step).clamp(0.0, 1.0) } else { 0.0 } }
     }
 
     fn divide(&mut self) {
@@ -249,7 +302,9 @@ impl Record {
         let half = 0.5 * rig.rig.cylinder.stroke_m;
         let [low, high] = rig.io.position_range_m;
         let margin = 5.0 * self.quality.position.standard_deviation;
-        let (low, high) = (low.max(-half) + margin, high.min(half) - margin);
+        // A sensor of another scale reads the ends of the stroke elsewhere.
+        let [lower, upper] = self.end_stops_m;
+        let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
         let lasting = (END_LASTING_S / self.quality.interval_s.max(1.0e-6)).ceil() as usize;
         let at_end: Vec<usize> = (0..self.len()).filter(|&k| self.y_m[k] <= low || self.y_m[k] >= high).collect();
         self.at_end = vec![false; self.len()];
@@ -263,24 +318,76 @@ impl Record {
         }
     }
 
+    /// Where the end stops read: a piston at rest against a force that would move it anywhere else.
+    fn find_end_stops(&self, rig: &Rig<f64>) -> [Option<f64>; 2] {
+        let half = 0.5 * rig.cylinder.stroke_m;
+        let enough_n = LEANING * rig.friction.static_n.max(rig.friction.coulomb_n);
+        let at_rest = 5.0 * velocity_error(self);
+        if !(self.available.pressure_a && self.available.pressure_b) {
+            return [None; 2];
+        }
+        [-1.0, 1.0].map(|side| {
+            let leans = |k: &usize| {
+                let force = (self.p_a_smooth.value[*k] - self.p_b_smooth.value[*k]) * rig.cylinder.area_m2;
+                (side * self.y_m[*k] / half - 1.0).abs() < NEAR_END
+                    && side * force > enough_n
+                    && self.motion.slope[*k].abs() < at_rest
+            };
+            let mut readings: Vec<f64> = (0..self.len()).filter(leans).map(|k| self.y_m[k]).collect();
+            let middle = readings.len() / 2;
+            (readings.len() >= LEAST_LEANING).then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
+        })
+    }
+
     /// Position noise changes the computed volumes: near the end of a stroke that is more than the pressure noise.
-    fn weigh(&mut self, rig: &Rig<f64>) {
+    fn weigh(&mut self, file: &RigFile) {
+        let rig = &file.rig;
         let c = &rig.cylinder;
         let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * c.stroke_m;
         // Variance of a parabola's value at its middle; what is left is alike over a bundle of samples.
         let left = 2.25 / (2 * VOLUME_REACH + 1) as f64 * SAMPLES_ALIKE;
         let position = self.quality.position.standard_deviation * left.sqrt();
-        let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64| -> Vec<f64> {
-            let volume = |y: f64| (volume_0 + area * y).max(smallest);
+        let half = 0.5 * c.stroke_m;
+        let [lower, upper] = self.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
+        let tolerance = |key: &str| file.tolerance.own(key).unwrap_or(file.tolerance.default);
+        let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64, key: &str| -> Vec<f64> {
+            let unknown = UNKNOWN_VOLUME * tolerance(key) * volume_0;
+            let volume = |y: f64| (volume_0 + area * y * if y < 0.0 { lower } else { upper }).max(smallest);
             let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * c.area_m2 / volume(y) * position;
             let pairs = self.y_smooth.value.iter().zip(pressures);
-            pairs.map(|(y, p)| 1.0 / noise.max(1.0).hypot(by_volume(*y, *p))).collect()
+            let weight = |y: f64, p: f64| 1.0 / noise.max(1.0).hypot(by_volume(y, p));
+            pairs.map(|(y, p)| if volume(*y) < unknown { 0.0 } else { weight(*y, *p) }).collect()
         };
         let quality = &self.quality;
         let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
-        let weight_a = weights(&self.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2);
-        let weight_b = weights(&self.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2);
+        let mut weight_a = weights(&self.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2, "cylinder.volume_a0_m3");
+        let mut weight_b = weights(&self.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2, "cylinder.volume_b0_m3");
+        for railed in self.railed() {
+            // What smoothing spreads is unknown as well.
+            let around = railed.start.saturating_sub(VOLUME_REACH)..(railed.end + VOLUME_REACH).min(self.len());
+            for weight in [&mut weight_a, &mut weight_b] {
+                if let Some(part) = weight.get_mut(around.clone()) {
+                    part.fill(0.0);
+                }
+            }
+        }
         (self.weight_a_per_pa, self.weight_b_per_pa) = (weight_a, weight_b);
+    }
+
+    /// Samples at which the position sensor is at its limit: where the piston truly is, and how large the chambers are,
+    /// is unknown there.
+    fn railed(&self) -> Vec<core::ops::Range<usize>> {
+        let noise = &self.quality.position;
+        if noise.standard_deviation < MOVED_BY_NOISE * noise.resolution {
+            return Vec::new();
+        }
+        let (low, high) = self.y_m.iter().fold((f64::MAX, f64::MIN), |(low, high), y| (low.min(*y), high.max(*y)));
+        let mut start = 0;
+        let runs = self.y_m.chunk_by(|a, b| a == b).map(|run| {
+            start += run.len();
+            (start - run.len()..start, run[0])
+        });
+        runs.filter(|(run, y)| run.len() >= RAILED && (*y == low || *y == high)).map(|(run, _)| run).collect()
     }
 
     /// All samples, cut where a stretch starts or ends.
@@ -290,5 +397,77 @@ impl Record {
         cuts.sort_unstable();
         cuts.dedup();
         cuts.windows(2).map(|w| w[0]..w[1]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A log of 20 s with both pressures, its position given by time; `jitter` is relative to 1 ms.
+    fn log(jitter: f64, y_m: impl Fn(f64) -> f64, p_pa: impl Fn(f64) -> [f64; 2]) -> Log {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+        };
+        let mut out = Log { u_v: Some(vec![]), p_a_pa: Some(vec![]), p_b_pa: Some(vec![]), ..Log::default() };
+        let mut t_s = 0.0;
+        while t_s < 20.0 {
+            out.t_s.push(t_s);
+            // The sensor reads no farther than half a metre.
+            out.y_m.push((y_m(t_s) + 1.7e-4 * uniform()).clamp(-0.5, 0.5));
+            let [a, b] = p_pa(t_s);
+            let columns = [(&mut out.u_v, 0.0), (&mut out.p_a_pa, a), (&mut out.p_b_pa, b)];
+            for (column, value) in columns {
+                if let Some(column) = column {
+                    column.push(value + 1000.0 * uniform());
+                }
+            }
+            t_s += 1.0e-3 * (1.0 + 2.0 * jitter * uniform());
+        }
+        out
+    }
+
+    #[test]
+    fn a_moment_is_found_by_time_however_uneven_the_sampling() {
+        let record = Record::new(&log(0.6, |t| 0.3 * t.sin(), |_| [3.0e5; 2]), &RigFile::paper_a());
+        let all = 0..record.len();
+        for by_s in [0.0173, -0.0173, 0.0] {
+            for k in (50..record.len() - 50).step_by(37) {
+                let found = record.moment(k, by_s, all.clone()).of(&record.t_s);
+                assert!((found - record.t_s[k] - by_s).abs() < 1.0e-9, "{k} {by_s} {found}");
+            }
+        }
+        // Nothing is known before the first and behind the last sample.
+        assert_eq!(record.moment(3, -1.0, all.clone()).of(&record.t_s), record.t_s[0]);
+        assert_eq!(record.moment(record.len() - 3, 1.0, all).of(&record.t_s), record.t_s[record.len() - 1]);
+    }
+
+    #[test]
+    fn chambers_are_not_judged_while_the_position_sensor_is_at_its_limit() {
+        let truly = |t: f64| 0.6 * t.sin();
+        let record = Record::new(&log(0.0, truly, |_| [3.0e5; 2]), &RigFile::paper_a());
+        for k in 20..record.len() - 20 {
+            let y = truly(record.t_s[k]).abs();
+            if y > 0.505 {
+                assert_eq!((record.weight_a_per_pa[k], record.weight_b_per_pa[k]), (0.0, 0.0), "{}", record.t_s[k]);
+            } else if y < 0.45 {
+                assert!(record.weight_a_per_pa[k] > 0.0 && record.weight_b_per_pa[k] > 0.0, "{}", record.t_s[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn an_end_stop_is_where_the_piston_leans_not_where_it_is_told_to_stop() {
+        // A sensor 4 % short reads the end of the stroke at 0.48 m; the other end is only approached, by a held piston.
+        let y = |t: f64| if t < 6.0 { 0.48 } else { -0.48 };
+        let p = |t: f64| if t < 6.0 { [6.0e5, 1.5e5] } else { [3.0e5, 3.1e5] };
+        let record = Record::new(&log(0.0, y, p), &RigFile::paper_a());
+        let [lower, upper] = record.end_stops_m;
+        assert!(upper.is_some_and(|upper| (upper - 0.48).abs() < 1.0e-3), "{upper:?}");
+        assert_eq!(lower, None);
+        let at = |t_s: f64| record.at_end[record.t_s.partition_point(|t| *t < t_s)];
+        assert!(at(3.0) && !at(15.0));
     }
 }

@@ -2,13 +2,14 @@
 
 use crate::balance::{self, Channel, motion};
 use crate::fit::{Fit, Problem};
+use plant_model::Effect;
 
 /// Positions are put into this many places along the travelled range before the spectrum is taken.
 const PLACES: usize = 2048;
 /// Shortest wavelength looked for, in places.
 const SHORTEST_PLACES: f64 = 4.0;
 /// Wavelengths returned.
-const STRONGEST: usize = 2;
+const STRONGEST: usize = 4;
 
 /// The wavelengths in m at which the odd part of the force residual is strongest; empty if the piston hardly moves.
 pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
@@ -39,6 +40,9 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
         return Vec::new();
     }
     let mean = total.0 / total.1;
+    // The ripple belongs to the true position.
+    let scale =
+        fit.hypothesis.values_of(Effect::PositionScale).first().copied().filter(|scale| *scale > 0.0).unwrap_or(1.0);
     // The sine has its zero at mid-stroke, so only that phase is looked for.
     let middle = |place: usize| low + (place as f64 + 0.5) / PLACES as f64 * range;
     let count = (PLACES as f64 / SHORTEST_PLACES * 4.0) as usize;
@@ -58,8 +62,8 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
     let mut out: Vec<f64> = Vec::new();
     for (_, wavelength) in spectrum {
         // Neighbours in the spectrum are the same ripple.
-        if out.iter().all(|w| (1.0 / w - 1.0 / wavelength).abs() > 1.0 / range) {
-            out.push(wavelength);
+        if out.iter().all(|w| (1.0 / (w * scale) - 1.0 / wavelength).abs() > 1.0 / range) {
+            out.push(wavelength / scale);
         }
         if out.len() == STRONGEST {
             break;

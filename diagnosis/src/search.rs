@@ -26,6 +26,8 @@ const RELEVANT: f64 = 0.008;
 const RELEVANT_REST: f64 = 0.05;
 /// Standard errors that a cause's parameter must be away from neutral.
 const SURE: f64 = 4.0;
+/// A cause that gains this many times what it must is there whatever its standard error.
+const BEYOND_DOUBT: f64 = 10.0;
 /// No more causes than this are composed.
 const MOST_CAUSES: usize = 4;
 /// Candidates fitted in full in each round, best predicted gain first.
@@ -57,6 +59,7 @@ pub(crate) struct Tried {
 /// The outcome of the search.
 pub(crate) struct Found {
     pub(crate) null: Fit,
+    /// With standard errors.
     pub(crate) best: Fit,
     /// For each cause, in the order of the best fit's effects: what cannot be told from it.
     pub(crate) ties: Vec<Vec<Effect>>,
@@ -72,6 +75,17 @@ fn gate(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
     let noise = problem.noise_cost(channels);
     let left = (fit.cost_in(problem, channels) - noise).max(0.0);
     charge(effect).max(RELEVANT * noise).max(RELEVANT_REST * left)
+}
+
+/// How much less than it should an effect gains in a fit beside the fit without it; negative if it gains enough. What it
+/// gains by relieving strained nominal values needs no weight beside noise: tolerances have no numerical error.
+fn wanting(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
+    if negligible(with, effect) {
+        return f64::INFINITY;
+    }
+    let relieved = without.prior_cost - with.prior_cost;
+    let needed = if relieved > charge(effect) { charge(effect) } else { gate(problem, with, effect) };
+    needed - (without.cost(problem) - with.cost(problem))
 }
 
 /// The parameters that make an effect present at all, with their places and how far they are from neutral. The time
@@ -155,7 +169,7 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
         }
         // Where the piston sticks at other places than predicted, and where hardly any sample lies in the dead zone as
         // stated, a small change shows nothing: a large one is tried as well.
-        Effect::StaticFriction => [1.0, 1.5, 2.2].map(|factor| vec![factor * neutral[0]]).to_vec(),
+        Effect::StaticFriction => breakaways(&problem.parameters(effect)[0]),
         Effect::CoulombFriction | Effect::ViscousFriction => {
             [1.0, 1.5, 0.7].map(|factor| vec![factor * neutral[0]]).to_vec()
         }
@@ -168,7 +182,14 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
         Effect::SupplyDroop => vec![vec![neutral[0], 0.03], vec![neutral[0], 0.2]],
         Effect::FrictionPosition => {
             let mut all = vec![neutral.clone()];
-            all.extend(ripple::wavelengths(problem, from).into_iter().map(|w| vec![neutral[0], 0.0, w]));
+            // The wavelength shows only once there is a ripple, and its valley is narrow where there are many waves.
+            for wavelength in ripple::wavelengths(problem, from) {
+                all.push(vec![neutral[0], 0.0, wavelength]);
+                let around = [0.95, 1.0, 1.05].map(|factor| factor * wavelength);
+                all.extend(
+                    around.into_iter().flat_map(|w| [0.3, -0.3].map(|amplitude| vec![neutral[0], amplitude, w])),
+                );
+            }
             all
         }
         // Far from the truth the slope at the neutral setting is a poor guide to what a plainly visible change would do.
@@ -183,15 +204,26 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
     }
 }
 
+/// Breakaway forces to start from. Where a piston sticks and slips, each breakaway that comes at another moment puts a wall
+/// beside the right force, and the valley between the walls is a few percent wide.
+fn breakaways(parameter: &Parameter) -> Vec<Vec<f64>> {
+    const FACTORS: [f64; 2] = [0.7, 3.2];
+    const SPACING: f64 = 1.04;
+    let factors = std::iter::successors(Some(FACTORS[0]), |factor| Some(factor * SPACING));
+    let values = factors.take_while(|factor| *factor < FACTORS[1]).map(|factor| factor * parameter.neutral);
+    let within = values.filter(|value| (parameter.min..=parameter.max).contains(value));
+    std::iter::once(parameter.neutral).chain(within).map(|value| vec![value]).collect()
+}
+
 /// How many starting points are fitted: several where the cost has several valleys.
 fn starts_fitted(effect: Effect) -> usize {
     match effect {
+        Effect::StaticFriction => 3,
         Effect::ChokedFlow
         | Effect::ValveHysteresis
         | Effect::ValveDeadZone
         | Effect::SupplyDroop
         | Effect::FrictionPosition
-        | Effect::StaticFriction
         | Effect::CoulombFriction => 2,
         _ => 1,
     }
@@ -284,12 +316,17 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
     // A few steps on a part of the data show which are worth more.
     let (thinned, _) = problem.thinned();
+    // Strained values stood in for what is missing: they start anew, or from where they are, whichever leads farther.
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
-            let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start);
-            let fit = thinned.refit(extended, hypothesis::channels(*effect), FIRST_ITERATIONS)?;
-            problem.judge(fit.hypothesis)
+            let ways: &[bool] = if strained & hypothesis::channels(*effect) == 0 { &[true] } else { &[true, false] };
+            let begin = |anew: &bool| {
+                let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
+                let fit = thinned.refit(extended, hypothesis::channels(*effect), FIRST_ITERATIONS)?;
+                problem.judge(fit.hypothesis)
+            };
+            ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
         })
         .collect();
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
@@ -334,12 +371,9 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
         if fit.hypothesis.effects.is_empty() {
             return fit;
         }
-        let cost = fit.cost(problem);
-        // How much less than it should each cause gains.
         let needless = fit.hypothesis.effects.par_iter().filter_map(|effect| {
             let smaller = refit_without(problem, &fit, *effect)?;
-            let wanting = gate(problem, &fit, *effect) - (smaller.cost(problem) - cost);
-            let wanting = if negligible(&fit, *effect) { f64::INFINITY } else { wanting };
+            let wanting = wanting(problem, &fit, &smaller, *effect);
             (wanting >= 0.0).then_some((wanting, smaller))
         });
         match needless.max_by(|a, b| a.0.total_cmp(&b.0)) {
@@ -358,12 +392,11 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     while current.hypothesis.effects.len() < MOST_CAUSES {
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
         let fits = extensions(problem, &current, FITTED, &mut tried);
-        let Some(next) = fits.into_iter().next() else { break };
-        let added = next.hypothesis.effects.last().copied();
-        let enough = added.is_some_and(|e| current.cost(problem) - next.cost(problem) > gate(problem, &next, e));
-        if !enough || promise(problem, &next) >= charged(problem, &current) {
-            break;
-        }
+        // The likeliest may act on so many channels that it matters in none.
+        let enough = |next: &Fit| {
+            next.hypothesis.effects.last().is_some_and(|added| wanting(problem, next, &current, *added) < 0.0)
+        };
+        let Some(next) = fits.into_iter().find(enough) else { break };
         let next = prune(problem, next);
         if charged(problem, &next) >= charged(problem, &current) {
             break;
@@ -380,19 +413,22 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     Some(Found { null, best, ties, losses, tried })
 }
 
-/// Leaves out causes whose parameters may as well be neutral: they soak up noise.
+/// Leaves out causes whose parameters may as well be neutral: they soak up noise. What is left has standard errors.
 fn sure(
     problem: &Problem<'_>,
     mut best: Fit,
     mut alternatives: Vec<Option<Alternatives>>,
 ) -> (Fit, Vec<Option<Alternatives>>) {
     loop {
-        let judged = problem.with_errors(best.clone());
-        let place = best.hypothesis.effects.iter().position(|effect| unsure(&judged, *effect));
+        best = problem.with_errors(best);
+        let place = best.hypothesis.effects.iter().position(|effect| unsure(&best, *effect));
         let Some(place) = place else { return (best, alternatives) };
-        let Some(smaller) = refit_without(problem, &best, best.hypothesis.effects[place]) else {
-            return (best, alternatives);
-        };
+        let effect = best.hypothesis.effects[place];
+        let smaller = refit_without(problem, &best, effect);
+        // Far beyond doubt, it is the standard error that is wrong.
+        let doubtful =
+            |smaller: &Fit| smaller.cost(problem) - best.cost(problem) < BEYOND_DOUBT * gate(problem, &best, effect);
+        let Some(smaller) = smaller.filter(doubtful) else { return (best, alternatives) };
         best = smaller;
         if place < alternatives.len() {
             alternatives.remove(place);

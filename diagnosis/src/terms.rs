@@ -6,6 +6,7 @@
 use crate::balance::{Channel, Channels, command, motion};
 use crate::record::Record;
 use plant_model::Plant;
+use plant_model::valve_flow::Flow;
 
 /// A term with its signal at a factor of one, by sample; empty where it does not act.
 pub(crate) struct Term {
@@ -59,9 +60,76 @@ pub(crate) fn library(record: &Record, plant: &Plant<f64>, judgeable: Channels) 
     }
     let chambers = judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit());
     if chambers != 0 {
-        flows(record, plant, chambers, &mut out);
+        let air = Air { record, plant, openings: command::openings(record, plant) };
+        flows(&air, chambers, &mut out);
+        gains(&air, judgeable, &mut out);
     }
     out
+}
+
+/// The nominal flows at the pressures measured.
+struct Air<'a> {
+    record: &'a Record,
+    plant: &'a Plant<f64>,
+    openings: Vec<f64>,
+}
+
+impl Air<'_> {
+    fn pressure_pa(&self, is_a: bool, k: usize) -> f64 {
+        if is_a { self.record.p_a_smooth.value[k] } else { self.record.p_b_smooth.value[k] }
+    }
+
+    /// Flow into a chamber, and the pressure drop that drives it, Pa.
+    fn inflow(&self, is_a: bool, k: usize) -> (Flow<f64>, f64) {
+        let c = self.plant.coefficients();
+        let p = self.pressure_pa(is_a, k);
+        let fills = (self.openings[k] >= 0.0) == is_a;
+        let supply = self.record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
+        let flow = self.plant.orifices().inflow(fills, self.openings[k].abs(), p, supply, c.atmosphere_pa);
+        (flow, if fills { supply - p } else { p - c.atmosphere_pa })
+    }
+}
+
+/// Pressure sensors whose reading is off in proportion: the flow and the force that the reading hides.
+fn gains(air: &Air<'_>, judgeable: Channels, out: &mut Vec<Term>) {
+    let (record, c) = (air.record, air.plant.coefficients());
+    let (a, b) = (Channel::PressureA.bit(), Channel::PressureB.bit());
+    for (words, sensors) in [
+        ("pressure sensors of both chambers with another gain", a | b),
+        ("a pressure sensor of A with another gain", a),
+        ("a pressure sensor of B with another gain", b),
+    ] {
+        if sensors & judgeable != sensors {
+            continue;
+        }
+        // Flow falls in proportion to the chamber's pressure, so the reading hides the flow at a pressure of zero.
+        let hidden = |is_a: bool| -> Vec<f64> {
+            let bit = if is_a { a } else { b };
+            if sensors & bit == 0 {
+                return Vec::new();
+            }
+            let at_zero = |k: usize| {
+                let (flow, _) = air.inflow(is_a, k);
+                flow.mass_flow - flow.by_chamber * air.pressure_pa(is_a, k)
+            };
+            (0..record.len()).map(at_zero).collect()
+        };
+        let force = |k: usize| {
+            let push = |on: u8, p: &[f64]| if sensors & on != 0 { p[k] - c.atmosphere_pa } else { 0.0 };
+            c.area_m2 * (push(a, &record.p_a_smooth.value) - push(b, &record.p_b_smooth.value))
+        };
+        let felt = judgeable & Channel::Position.bit() != 0;
+        out.push(Term {
+            words,
+            formula: "c · p".to_string(),
+            channels: sensors | (judgeable & Channel::Position.bit()),
+            signal: Added {
+                force_n: if felt { (0..record.len()).map(force).collect() } else { Vec::new() },
+                flow_a_kg_per_s: hidden(true),
+                flow_b_kg_per_s: hidden(false),
+            },
+        });
+    }
 }
 
 /// What terms are made of at one sample, each scaled to about -1 to 1.
@@ -129,23 +197,19 @@ fn forces(record: &Record, plant: &Plant<f64>, out: &mut Vec<Term>) {
     });
 }
 
-fn flows(record: &Record, plant: &Plant<f64>, chambers: Channels, out: &mut Vec<Term>) {
+fn flows(air: &Air<'_>, chambers: Channels, out: &mut Vec<Term>) {
+    let Air { record, plant, openings } = air;
     let c = plant.coefficients();
-    let openings = command::openings(record, plant);
     let gauge = c.supply_pa - c.atmosphere_pa;
     // Nominal flow into a chamber with its pressure as measured, and the drop that drives it.
     let flow = |is_a: bool, k: usize| -> [f64; 2] {
-        let p = if is_a { record.p_a_smooth.value[k] } else { record.p_b_smooth.value[k] };
-        let fills = (openings[k] >= 0.0) == is_a;
-        let supply = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
-        let q = plant.orifices().inflow(fills, openings[k].abs(), p, supply, c.atmosphere_pa).mass_flow;
-        [q, if fills { supply - p } else { p - c.atmosphere_pa }]
+        let (flow, drop) = air.inflow(is_a, k);
+        [flow.mass_flow, drop]
     };
     // Mass flow that a change of volume at speed v would stand for.
     let swept = |is_a: bool, k: usize| -> f64 {
-        let p = if is_a { record.p_a_smooth.value[k] } else { record.p_b_smooth.value[k] };
         let side = if is_a { -1.0 } else { 1.0 };
-        side * c.exponent * p * c.area_m2 * record.motion.slope[k] / plant.energy_j_per_kg()
+        side * c.exponent * air.pressure_pa(is_a, k) * c.area_m2 * record.motion.slope[k] / plant.energy_j_per_kg()
     };
     let y = |k: usize| record.y_smooth.value[k] / c.half_stroke_m;
     let t = from_start_to_end(record);

@@ -12,7 +12,7 @@ pub(crate) enum Side {
 
 /// Time constant with which the prediction is drawn towards the measurement, s: long enough for leaks to build up,
 /// short enough to forget a chamber's past within a few strokes.
-pub const MEMORY_S: f64 = 1.0;
+pub(crate) const MEMORY_S: f64 = 1.0;
 /// The first part of every stretch, s, during which the prediction settles and is not counted: where the spool stood
 /// and what was under way to it is unknown there.
 const SETTLING_S: f64 = 0.1;
@@ -185,11 +185,5 @@ fn polytropic(x: f64, n: f64) -> f64 {
 /// late by `delay`.
 fn position(record: &Record, k: usize, delay_s: f64) -> f64 {
     let y = &record.y_smooth.value;
-    if delay_s <= 0.0 {
-        return y[k];
-    }
-    let shifted = k as f64 + delay_s / record.quality.interval_s;
-    let low = (shifted as usize).min(y.len() - 1);
-    let high = (low + 1).min(y.len() - 1);
-    y[low] + (y[high] - y[low]) * (shifted - low as f64).min(1.0)
+    if delay_s > 0.0 { record.moment(k, delay_s, 0..y.len()).of(y) } else { y[k] }
 }

@@ -19,32 +19,46 @@ pub(crate) mod supply;
 use crate::record::{Record, Stretch};
 use crate::terms::Added;
 use plant_model::Plant;
+use serde::{Serialize, Serializer};
 use shared::Signals;
 
 /// The predicted channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Channel {
+pub enum Channel {
+    /// Pressure of A: the air balance of that chamber.
     PressureA,
+    /// Pressure of B: the air balance of that chamber.
     PressureB,
+    /// Position: the force balance of the piston.
     Position,
+    /// Supply pressure: the air source.
     Supply,
 }
 
 impl Channel {
-    pub(crate) const ALL: [Self; 4] = [Self::PressureA, Self::PressureB, Self::Position, Self::Supply];
+    /// All of them, in the order of arrays by channel.
+    pub const ALL: [Self; 4] = [Self::PressureA, Self::PressureB, Self::Position, Self::Supply];
 
     pub(crate) const fn bit(self) -> u8 {
         1 << self as u8
     }
 
     /// The column of the log it predicts.
-    pub(crate) const fn column(self) -> &'static str {
+    #[must_use]
+    pub const fn column(self) -> &'static str {
         match self {
             Self::PressureA => "p_a_pa",
             Self::PressureB => "p_b_pa",
             Self::Position => "y_m",
             Self::Supply => "p_sup_pa",
         }
+    }
+}
+
+/// As the column it predicts.
+impl Serialize for Channel {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.column())
     }
 }
 

@@ -126,14 +126,8 @@ impl Driving {
 fn driving(record: &Record, plant: &Plant<f64>, added_n: &[f64], stretch: &Stretch, k: usize) -> Driving {
     let c = plant.coefficients();
     let (a, b) = (&record.p_a_smooth, &record.p_b_smooth);
-    let (mut low, mut part) = (k, 0.0);
-    if c.position_delay_s > 0.0 {
-        let shifted = (k as f64 - c.position_delay_s / record.quality.interval_s).max(stretch.start as f64);
-        low = shifted as usize;
-        part = shifted - low as f64;
-    }
-    let high = (low + 1).min(stretch.end - 1);
-    let at = |x: &[f64]| if part > 0.0 { x[low] + (x[high] - x[low]) * part } else { x[low] };
+    let late = (c.position_delay_s > 0.0).then(|| record.moment(k, -c.position_delay_s, stretch.range()));
+    let at = |x: &[f64]| late.map_or_else(|| x[k], |moment| moment.of(x));
     let lag = c.pressure_time_constant_s;
     let p_a_pa = at(&a.value) + lag * at(&a.slope) - c.pressure_a_offset_pa;
     let p_b_pa = at(&b.value) + lag * at(&b.slope) - c.pressure_b_offset_pa;

@@ -1,11 +1,11 @@
 //! The report: what a technician reads in a minute, and below it everything else.
 
 use super::apply::Applied;
-use super::picture::Scene;
+use super::picture::{Scene, balance_name};
 use super::units::{quantity, significant, with_error};
-use super::words::{CHANNELS, closed, headline, title};
+use super::words::{Errors, errors, headline, title};
 use crate::charts::{BAR, MM, scaled};
-use diagnosis::{Cause, Diagnosis};
+use diagnosis::{Cause, Channel, Diagnosis};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
 use rig_files::{RigFile, Verdict};
 
@@ -26,6 +26,9 @@ pub struct Source<'a> {
 
 /// Seconds of held-back data shown at first; the rest is a zoom away.
 const OVERLAY_S: f64 = 2.0;
+
+/// A spectrum with no higher peak, over that of noise, is flat: the highest of several hundred values.
+const PLAIN_PEAK: f64 = 2.5;
 
 /// The report of a diagnosis.
 #[must_use]
@@ -51,6 +54,7 @@ pub fn page(diagnosis: &Diagnosis, source: &Source<'_>) -> Page {
     calibration(&mut page, diagnosis);
     unjudged(&mut page, diagnosis);
     log_quality(&mut page, diagnosis);
+    everywhere(&mut page, diagnosis, &scene);
     appendix(&mut page, diagnosis);
     page.section("How to repeat it");
     page.block(Block::Code(format!(
@@ -79,23 +83,22 @@ fn describe(page: &mut Page, cause: &Cause) {
     }
 }
 
-fn balance_name(channel: &str) -> &'static str {
-    match channel {
-        "p_a_pa" => "air balance of chamber A",
-        "p_b_pa" => "air balance of chamber B",
-        "y_m" => "force balance of the piston",
-        _ => "air supply",
-    }
-}
-
 /// What no named cause closes: where it sits, and which effects come near without closing it.
 fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
     let open: Vec<_> = diagnosis.balances.iter().filter(|balance| !balance.closed).collect();
-    let said = !open.is_empty() || !diagnosis.leads.is_empty() || diagnosis.description.is_some();
+    let whole = diagnosis.gain.map(|gain| gain.holdout).filter(|holdout| !holdout.closed());
+    let said = !open.is_empty() || !diagnosis.leads.is_empty() || diagnosis.description.is_some() || whole.is_some();
     if !said || !matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         return;
     }
     page.section("What stays unexplained");
+    if let (true, Some(whole)) = (open.is_empty(), whole) {
+        page.text(format!(
+            "Each balance by itself comes close to noise, but the whole model, restarted from the measurement, still errs \
+             {:.1} times as much as noise alone would make it: see the predictions below.",
+            whole.worst_ratio()
+        ));
+    }
     for balance in open {
         let share = 100.0 * (1.0 - balance.extended_misfit / balance.nominal_misfit);
         page.text(format!(
@@ -115,7 +118,7 @@ fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
         ));
         let mut table = Table::new(["balance", "what is missing would be", "in closed form", "c"]);
         for term in &description.terms {
-            let balances: Vec<&str> = term.channels.iter().map(|channel| balance_name(channel)).collect();
+            let balances: Vec<&str> = term.channels.iter().map(|channel| balance_name(*channel)).collect();
             table.row([
                 balances.join(", "),
                 term.words.to_string(),
@@ -147,13 +150,10 @@ fn gain(page: &mut Page, diagnosis: &Diagnosis) {
         );
         return balances(page, diagnosis);
     };
-    let h = &gain.holdout;
     let mut table = Table::new(["", "rig file as given", "extended rig", "noise alone", "share of the gap closed"]);
-    for (name, key, get) in CHANNELS {
-        if let (Some(b), Some(e), Some(f)) = (get(&h.baseline_rmse), get(&h.extended_rmse), get(&h.noise_floor)) {
-            let share = closed(b, e, f).map_or("no gap".to_string(), |share| format!("{:.0} %", 100.0 * share));
-            table.row([name.to_string(), quantity(key, b), quantity(key, e), quantity(key, f), share]);
-        }
+    for Errors { name, quantities: [before, after, floor], closed } in errors(gain) {
+        let share = closed.map_or("no gap".to_string(), |share| format!("{:.0} %", 100.0 * share));
+        table.row([name.to_string(), before, after, floor, share]);
     }
     page.table(table.caption(format!(
         "Root-mean-square error of predictions {:.0} ms ahead, restarted from the measured state, on parts of the log that \
@@ -172,13 +172,9 @@ fn horizons(page: &mut Page, diagnosis: &Diagnosis) {
     }
     let mut table = Table::new(["ahead", "", "rig file as given", "extended rig", "noise alone"]);
     for gain in &diagnosis.horizons {
-        let h = &gain.holdout;
         let mut ahead = format!("{:.0} ms", gain.horizon_s * 1e3);
-        for (name, key, get) in CHANNELS {
-            if let (Some(b), Some(e), Some(f)) = (get(&h.baseline_rmse), get(&h.extended_rmse), get(&h.noise_floor)) {
-                let ahead = std::mem::take(&mut ahead);
-                table.row([ahead, name.to_string(), quantity(key, b), quantity(key, e), quantity(key, f)]);
-            }
+        for Errors { name, quantities: [before, after, floor], .. } in errors(gain) {
+            table.row([std::mem::take(&mut ahead), name.to_string(), before, after, floor]);
         }
     }
     page.table(table.caption(
@@ -330,7 +326,8 @@ fn unjudged(page: &mut Page, diagnosis: &Diagnosis) {
     ];
     let mut items: Vec<String> =
         columns.iter().filter(|(has, _)| !has).map(|(_, sentence)| (*sentence).to_string()).collect();
-    let moves = diagnosis.balances.is_empty() || diagnosis.balances.iter().any(|balance| balance.channel == "y_m");
+    let moves =
+        diagnosis.balances.is_empty() || diagnosis.balances.iter().any(|balance| balance.channel == Channel::Position);
     if has.pressure_a && has.pressure_b && !moves {
         items.push("The piston hardly moved: mechanics and friction could not be judged.".to_string());
     }
@@ -372,6 +369,39 @@ fn log_quality(page: &mut Page, diagnosis: &Diagnosis) {
         }
     }
     page.table(table.caption("Estimated from the log itself."));
+}
+
+/// Every balance against every quantity, folded away.
+fn everywhere(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
+    for balance in &diagnosis.balances {
+        let plots = scene.everywhere(balance.channel);
+        if plots.is_empty() {
+            continue;
+        }
+        page.details(format!("Appendix: where the {} errs", balance_name(balance.channel)), |page| {
+            let shares: Vec<String> = balance
+                .depends_on
+                .iter()
+                .map(|d| format!("`{}` {:.0} % ({:.0} %)", d.quantity, 100.0 * d.nominal, 100.0 * d.extended))
+                .collect();
+            page.text(format!(
+                "Share of the variance of the errors that goes with each quantity, before and (in brackets) after: {}. \
+                 Shares overlap, because quantities move together; 1 % is chance.",
+                shares.join(", ")
+            ));
+            if let Some(peak) = &balance.peak {
+                page.text(if peak.nominal < PLAIN_PEAK {
+                    "Over frequency they are no stronger than noise anywhere.".to_string()
+                } else {
+                    format!(
+                        "They are strongest at {:.1} Hz: {:.1} times the noise there before, {:.1} times after.",
+                        peak.hz, peak.nominal, peak.extended
+                    )
+                });
+            }
+            page.plots(plots);
+        });
+    }
 }
 
 fn appendix(page: &mut Page, diagnosis: &Diagnosis) {

@@ -1,98 +1,54 @@
 //! The picture of the evidence: what a balance misses, against the quantity that betrays the cause.
 
-use crate::charts::{BAR, MM};
-use diagnosis::{CHAMBER_MEMORY_S, Diagnosis, Evidence};
+use crate::charts::{BAR, MM, scaled};
+use diagnosis::{Channel, Diagnosis, Model, Quantity, Residuals};
 use plant_model::Effect;
 use report_html::{Marker, Plot, Series};
 use rig_files::RigFile;
 
-/// Half the window over which rates are taken, s.
-const RATE_WINDOW_S: f64 = 0.02;
-/// Points of a picture: each is the mean over as many samples as any other.
-const BINS: usize = 24;
-/// Fewer samples than this are no picture.
-const LEAST_SAMPLES: usize = 240;
-/// The extremes at either end that are left out.
-const TRIMMED: f64 = 0.004;
+const HEIGHT_PX: u32 = 280;
+/// The two curves of every picture.
+const MODELS: [(&str, Model); 2] = [("rig file, adjusted", Model::Nominal), ("with the causes found", Model::Extended)];
+/// Frequencies shown at first, Hz; the rest is a double-click away.
+const FREQUENCIES_HZ: f64 = 100.0;
 
-const CHANNELS: [&str; 4] = ["p_a_pa", "p_b_pa", "y_m", "p_sup_pa"];
-
-/// What a balance misses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Deficit {
-    PressureA,
-    PressureB,
-    Position,
-    Supply,
-}
-
-impl Deficit {
-    const ALL: [Self; 4] = [Self::PressureA, Self::PressureB, Self::Position, Self::Supply];
-
-    fn label(self) -> &'static str {
-        match self {
-            Self::PressureA => "rise of p_a beyond the prediction, bar/s",
-            Self::PressureB => "rise of p_b beyond the prediction, bar/s",
-            Self::Position => "measured − predicted y, mm",
-            Self::Supply => "measured − predicted p_sup, bar",
-        }
-    }
-
-    fn balance(self) -> &'static str {
-        match self {
-            Self::PressureA => "Air balance of chamber A",
-            Self::PressureB => "Air balance of chamber B",
-            Self::Position => "Force balance of the piston",
-            Self::Supply => "Air supply",
-        }
+/// What a balance misses, and the factor to the unit it is drawn in.
+fn lacking(channel: Channel) -> (&'static str, f64) {
+    match channel {
+        Channel::PressureA => ("rise of p_a missed, bar/s", BAR),
+        Channel::PressureB => ("rise of p_b missed, bar/s", BAR),
+        Channel::Position => ("measured − predicted y, mm", MM),
+        Channel::Supply => ("measured − predicted p_sup, bar", BAR),
     }
 }
 
-/// What it is drawn against.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Against {
-    Command,
-    CommandRate,
-    Position,
-    Velocity,
-    Acceleration,
-    PressureA,
-    PressureB,
-    Difference,
-    Sum,
-    RateA,
-    Time,
+/// The balance that predicts a channel.
+pub(super) fn balance_name(channel: Channel) -> &'static str {
+    match channel {
+        Channel::PressureA => "air balance of chamber A",
+        Channel::PressureB => "air balance of chamber B",
+        Channel::Position => "force balance of the piston",
+        Channel::Supply => "air supply",
+    }
 }
 
-impl Against {
-    const ALL: [Self; 11] = [
-        Self::Command,
-        Self::CommandRate,
-        Self::Position,
-        Self::Velocity,
-        Self::Acceleration,
-        Self::PressureA,
-        Self::PressureB,
-        Self::Difference,
-        Self::Sum,
-        Self::RateA,
-        Self::Time,
-    ];
-
-    fn label(self) -> &'static str {
-        match self {
-            Self::Command => "valve command u, V",
-            Self::CommandRate => "rate of the valve command, V/s",
-            Self::Position => "position y, mm",
-            Self::Velocity => "velocity, mm/s",
-            Self::Acceleration => "acceleration, m/s²",
-            Self::PressureA => "p_a above atmosphere, bar",
-            Self::PressureB => "p_b above atmosphere, bar",
-            Self::Difference => "p_a − p_b, bar",
-            Self::Sum => "p_a + p_b above atmosphere, bar",
-            Self::RateA => "rate of p_a, bar/s",
-            Self::Time => "time, s",
-        }
+/// The label of an axis and how a quantity is drawn on it: its value less the first figure, times the second.
+fn axis(against: Quantity, atmosphere_pa: f64) -> (&'static str, f64, f64) {
+    match against {
+        Quantity::Command => ("valve command u, V", 0.0, 1.0),
+        Quantity::CommandRate => ("rate of the valve command, V/s", 0.0, 1.0),
+        Quantity::Position => ("position y, mm", 0.0, MM),
+        Quantity::Velocity => ("velocity, mm/s", 0.0, MM),
+        Quantity::Acceleration => ("acceleration, m/s²", 0.0, 1.0),
+        Quantity::PressureA => ("p_a above atmosphere, bar", atmosphere_pa, BAR),
+        Quantity::PressureB => ("p_b above atmosphere, bar", atmosphere_pa, BAR),
+        Quantity::RatioA => ("pressure ratio across the valve to A", 0.0, 1.0),
+        Quantity::RatioB => ("pressure ratio across the valve to B", 0.0, 1.0),
+        Quantity::Difference => ("p_a − p_b, bar", 0.0, BAR),
+        Quantity::Sum => ("p_a + p_b above atmosphere, bar", 2.0 * atmosphere_pa, BAR),
+        Quantity::RateA => ("rate of p_a, bar/s", 0.0, BAR),
+        Quantity::RateB => ("rate of p_b, bar/s", 0.0, BAR),
+        Quantity::Time => ("time, s", 0.0, 1.0),
     }
 }
 
@@ -121,16 +77,16 @@ enum Split {
 
 #[derive(Clone, Copy, Debug)]
 struct View {
-    deficit: Deficit,
-    against: Against,
+    of: Channel,
+    against: Quantity,
     only: Only,
     split: Split,
     note: &'static str,
 }
 
 impl View {
-    const fn new(deficit: Deficit, against: Against, note: &'static str) -> Self {
-        Self { deficit, against, only: Only::All, split: Split::No, note }
+    const fn new(of: Channel, against: Quantity, note: &'static str) -> Self {
+        Self { of, against, only: Only::All, split: Split::No, note }
     }
     const fn only(mut self, only: Only) -> Self {
         self.only = only;
@@ -144,9 +100,9 @@ impl View {
 
 /// The views that betray an effect.
 fn views(effect: Effect) -> Vec<View> {
-    use Against as X;
-    use Deficit as D;
+    use Channel as D;
     use Effect as E;
+    use Quantity as X;
     let both = |against, only, note| {
         vec![View::new(D::PressureA, against, note).only(only), View::new(D::PressureB, against, note).only(only)]
     };
@@ -267,82 +223,47 @@ fn views(effect: Effect) -> Vec<View> {
     }
 }
 
-/// The signals of the evidence with their rates.
+/// What is drawn: the errors of the balances on the rig as given.
 pub(super) struct Scene<'a> {
-    evidence: &'a Evidence,
+    residuals: Residuals<'a>,
     rig: &'a RigFile,
-    acceleration: Vec<f64>,
-    command_rate: Vec<f64>,
-    rate_a: Vec<f64>,
-    nominal: [Vec<f64>; 4],
-    extended: [Vec<f64>; 4],
+    velocities: &'a [f64],
     fastest: f64,
 }
 
 impl<'a> Scene<'a> {
     pub(super) fn new(diagnosis: &'a Diagnosis, rig: &'a RigFile) -> Self {
-        let evidence = &diagnosis.evidence;
-        let quality = &diagnosis.log.quality;
-        let reach = ((RATE_WINDOW_S / quality.interval_s.max(1e-6)).round() as usize).max(1);
-        let rate = |signal: &[f64]| rate(&evidence.t_s, signal, reach);
-        let deficits = |errors: &[Vec<f64>; 4]| {
-            let chamber = |errors: &[f64], sigma: f64| -> Vec<f64> {
-                let smooth = mean_around(&evidence.t_s, errors, reach);
-                let growth = rate(&smooth);
-                // Undoing the observer's memory turns its error back into the rate at which air goes missing.
-                smooth.iter().zip(&growth).map(|(e, g)| (g + e / CHAMBER_MEMORY_S) * sigma * BAR).collect()
-            };
-            [
-                chamber(&errors[0], quality.pressure_a.standard_deviation),
-                chamber(&errors[1], quality.pressure_b.standard_deviation),
-                errors[2].iter().map(|e| e * quality.position.standard_deviation * MM).collect(),
-                errors[3].iter().map(|e| e * quality.supply.standard_deviation * BAR).collect(),
-            ]
-        };
-        let speeds = evidence.v_m_per_s.iter().map(|v| v.abs());
+        let velocities = &diagnosis.evidence.v_m_per_s;
         Self {
+            residuals: Residuals::new(&diagnosis.evidence, &diagnosis.log.quality, &rig.rig),
             rig,
-            acceleration: rate(&evidence.v_m_per_s),
-            command_rate: rate(&evidence.u_v),
-            rate_a: rate(&evidence.p_a_pa),
-            nominal: deficits(&evidence.nominal),
-            extended: deficits(&evidence.extended),
-            fastest: speeds.fold(0.0, f64::max),
-            evidence,
-        }
-    }
-
-    fn quantity(&self, against: Against, k: usize) -> f64 {
-        let e = self.evidence;
-        let at = |signal: &[f64]| signal.get(k).copied().unwrap_or(f64::NAN);
-        let atmosphere = self.rig.rig.supply.atmosphere_pa;
-        match against {
-            Against::Command => at(&e.u_v),
-            Against::CommandRate => at(&self.command_rate),
-            Against::Position => at(&e.y_m) * MM,
-            Against::Velocity => at(&e.v_m_per_s) * MM,
-            Against::Acceleration => at(&self.acceleration),
-            Against::PressureA => (at(&e.p_a_pa) - atmosphere) * BAR,
-            Against::PressureB => (at(&e.p_b_pa) - atmosphere) * BAR,
-            Against::Difference => (at(&e.p_a_pa) - at(&e.p_b_pa)) * BAR,
-            Against::Sum => (at(&e.p_a_pa) + at(&e.p_b_pa) - 2.0 * atmosphere) * BAR,
-            Against::RateA => at(&self.rate_a) * BAR,
-            Against::Time => at(&e.t_s),
+            velocities,
+            fastest: velocities.iter().map(|v| v.abs()).fold(0.0, f64::max),
         }
     }
 
     fn counts(&self, only: Only, k: usize) -> bool {
         let valve = &self.rig.rig.valve;
         let (left, right) = (valve.dead_zone_left_v, valve.dead_zone_right_v);
-        let u = self.evidence.u_v.get(k).copied().unwrap_or(f64::NAN);
+        let u = self.residuals.at(Quantity::Command, k);
         match only {
             Only::All => true,
             Only::ValveClosed => u > left - 0.03 && u < right + 0.03,
             Only::SmallCommand => u > left - 1.0 && u < right + 1.0,
             Only::Filling => u > right + 0.3,
             Only::Exhausting => u < left - 0.3,
-            Only::Sliding => self.evidence.v_m_per_s[k].abs() > (0.03 * self.fastest).max(2.0e-3),
+            Only::Sliding => self.velocities[k].abs() > (0.03 * self.fastest).max(2.0e-3),
         }
+    }
+
+    /// Whether a sample belongs to one half of a split view.
+    fn belongs(&self, split: Split, half: bool, k: usize) -> bool {
+        let direction = match split {
+            Split::No => return true,
+            Split::Command => self.residuals.at(Quantity::CommandRate, k),
+            Split::Motion => self.velocities[k],
+        };
+        if half { direction > 0.0 } else { direction < 0.0 }
     }
 
     /// The picture of one cause.
@@ -352,50 +273,85 @@ impl<'a> Scene<'a> {
     }
 
     /// Where an open balance still errs: the quantities that say most about the rest.
-    pub(super) fn of_rest(&self, channel: &str) -> Vec<Plot> {
-        let Some(deficit) = Deficit::ALL.into_iter().find(|d| CHANNELS[*d as usize] == channel) else {
-            return Vec::new();
-        };
-        let mut ranked: Vec<(f64, Against)> = Against::ALL
-            .into_iter()
-            .filter_map(|against| {
-                let view = View::new(deficit, against, "");
-                let bins = self.bins(&view, &self.extended[deficit as usize], None)?;
-                Some((bins.explained, against))
-            })
-            .collect();
+    pub(super) fn of_rest(&self, channel: Channel) -> Vec<Plot> {
+        let curve = |against| self.residuals.curve(channel, Model::Extended, against, |_| true);
+        let mut ranked: Vec<(f64, Quantity)> =
+            Quantity::of(channel).iter().filter_map(|against| Some((curve(*against)?.explained, *against))).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let note = "What remains with everything found so far; a flat line at zero would be nothing.";
-        ranked.iter().take(2).filter_map(|(_, against)| self.plot(&View::new(deficit, *against, note))).collect()
+        ranked.iter().take(2).filter_map(|(_, against)| self.plot(&View::new(channel, *against, note))).collect()
+    }
+
+    /// A balance's errors against every quantity, by the parity of what depends on velocity, and over frequency.
+    pub(super) fn everywhere(&self, channel: Channel) -> Vec<Plot> {
+        let of = |against: &Quantity| self.plot(&View::new(channel, *against, ""));
+        let mut plots: Vec<Plot> = Quantity::of(channel).iter().filter_map(of).collect();
+        plots.extend(self.parity(channel));
+        plots.extend(self.spectrum(channel));
+        plots
+    }
+
+    fn parity(&self, channel: Channel) -> Option<Plot> {
+        let (label, unit) = lacking(channel);
+        let mut plot = Plot::new(titled(channel, "by its parity in velocity"), "speed, mm/s", label)
+            .marker(Marker::Horizontal(0.0))
+            .note(
+                "Even: alike in both directions of motion, such as a constant force. Odd: opposite in the two directions, \
+                 such as friction.",
+            )
+            .height_px(HEIGHT_PX);
+        for (name, model) in MODELS {
+            let parts = self.residuals.parity(channel, model)?;
+            for (place, (part, word)) in parts.into_iter().zip(["even", "odd"]).enumerate() {
+                let series = Series::curve(format!("{word}, {name}"), scaled(&part.x, MM), scaled(&part.y, unit));
+                plot = plot.with(styled(series, model, place));
+            }
+        }
+        Some(plot)
+    }
+
+    fn spectrum(&self, channel: Channel) -> Option<Plot> {
+        let mut plot = Plot::new(titled(channel, "over frequency"), "frequency, Hz", "power over that of noise, dB")
+            .marker(Marker::Horizontal(0.0))
+            .note("0 dB at all frequencies is white noise of the sensor's strength: nothing left to explain.")
+            .height_px(HEIGHT_PX);
+        for (name, model) in MODELS {
+            let spectrum = self.residuals.spectrum(channel, model)?;
+            let last = spectrum.hz.last().copied().unwrap_or(FREQUENCIES_HZ);
+            let db = spectrum.power.iter().map(|power| 10.0 * power.max(1.0e-6).log10()).collect();
+            plot = plot
+                .with(styled(Series::curve(name, spectrum.hz, db), model, 0))
+                .x_range(0.0, last.min(FREQUENCIES_HZ));
+        }
+        Some(plot)
     }
 
     fn plot(&self, view: &View) -> Option<Plot> {
-        let index = view.deficit as usize;
+        let curve = |model, only, half| {
+            let keep = |k| self.counts(only, k) && self.belongs(view.split, half, k);
+            self.residuals.curve(view.of, model, view.against, keep)
+        };
         // Where a filter leaves too little, everything is shown rather than nothing.
-        let view = if self.bins(view, &self.nominal[index], None).is_none() {
-            &View { only: Only::All, ..*view }
-        } else {
-            view
+        let all = self.residuals.curve(view.of, Model::Nominal, view.against, |k| self.counts(view.only, k));
+        let only = if all.is_none() { Only::All } else { view.only };
+        let halves: &[(bool, &str)] = match view.split {
+            Split::No => &[(true, "")],
+            Split::Command => &[(true, ", command rising"), (false, ", command falling")],
+            Split::Motion => &[(true, ", towards B"), (false, ", towards A")],
         };
-        let halves: &[(Option<bool>, &str)] = match view.split {
-            Split::No => &[(None, "")],
-            Split::Command => &[(Some(true), ", command rising"), (Some(false), ", command falling")],
-            Split::Motion => &[(Some(true), ", towards B"), (Some(false), ", towards A")],
-        };
-        let title = format!("{}: against {}", view.deficit.balance(), view.against.label());
-        let mut plot = Plot::new(title, view.against.label(), view.deficit.label()).marker(Marker::Horizontal(0.0));
+        let (x_label, zero, x_unit) = axis(view.against, self.rig.rig.supply.atmosphere_pa);
+        let (y_label, y_unit) = lacking(view.of);
+        let title = titled(view.of, &format!("against {x_label}"));
+        let mut plot = Plot::new(title, x_label, y_label).marker(Marker::Horizontal(0.0));
         for (place, (half, suffix)) in halves.iter().enumerate() {
-            let before = self.bins(view, &self.nominal[index], *half)?;
-            let after = self.bins(view, &self.extended[index], *half)?;
-            plot = plot
-                .with(Series::curve(format!("rig file as given{suffix}"), before.x, before.y).colour(2 * place))
-                .with(
-                    Series::curve(format!("with the causes found{suffix}"), after.x, after.y)
-                        .colour(2 * place + 1)
-                        .dashed(),
-                );
+            for (name, model) in MODELS {
+                let drawn = curve(model, only, *half)?;
+                let x = drawn.x.iter().map(|x| (x - zero) * x_unit).collect();
+                let y = scaled(&drawn.y, y_unit);
+                plot = plot.with(styled(Series::curve(format!("{name}{suffix}"), x, y), model, place));
+            }
         }
-        let which = match view.only {
+        let which = match only {
             Only::All => "",
             Only::ValveClosed => " Only samples with the valve closed.",
             Only::SmallCommand => " Only small commands.",
@@ -403,73 +359,20 @@ impl<'a> Scene<'a> {
             Only::Exhausting => " Only while the valve exhausts A and fills B.",
             Only::Sliding => " Only while sliding.",
         };
-        Some(plot.note(format!("{}{which}", view.note)).height_px(280))
-    }
-
-    /// Means over groups of samples that are neighbours in the quantity.
-    fn bins(&self, view: &View, deficit: &[f64], half: Option<bool>) -> Option<Bins> {
-        let direction = |k: usize| match view.split {
-            Split::No => 1.0,
-            Split::Command => self.command_rate.get(k).copied().unwrap_or(0.0),
-            Split::Motion => self.evidence.v_m_per_s[k],
-        };
-        let mut points: Vec<(f64, f64)> = (0..deficit.len().min(self.evidence.t_s.len()))
-            .filter(|&k| self.counts(view.only, k))
-            .filter(|&k| half.is_none_or(|up| if up { direction(k) > 0.0 } else { direction(k) < 0.0 }))
-            .map(|k| (self.quantity(view.against, k), deficit[k]))
-            .filter(|(x, y)| x.is_finite() && y.is_finite())
-            .collect();
-        if points.len() < LEAST_SAMPLES {
-            return None;
-        }
-        points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let trimmed = (points.len() as f64 * TRIMMED) as usize;
-        let points = &points[trimmed..points.len() - trimmed];
-        let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len() as f64;
-        let total = points.iter().map(|p| (p.1 - mean).powi(2)).sum::<f64>();
-        let mut bins = Bins::default();
-        let mut between = 0.0;
-        for group in points.chunks(points.len().div_ceil(BINS)) {
-            let n = group.len() as f64;
-            let (x, y) = group.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-            between += n * (y - mean).powi(2);
-            bins.x.push(x);
-            bins.y.push(y);
-        }
-        bins.explained = if total > 0.0 { between / total } else { 0.0 };
-        Some(bins)
+        Some(plot.note(format!("{}{which}", view.note).trim_start()).height_px(HEIGHT_PX))
     }
 }
 
-#[derive(Default)]
-struct Bins {
-    x: Vec<f64>,
-    y: Vec<f64>,
-    /// Part of the variance that the groups' means make up.
-    explained: f64,
+/// Before: a full line; after: a dashed one in the next colour.
+fn styled(series: Series, model: Model, place: usize) -> Series {
+    match model {
+        Model::Nominal => series.colour(2 * place),
+        Model::Extended => series.colour(2 * place + 1).dashed(),
+    }
 }
 
-/// Whether `k ± reach` lies within one uninterrupted stretch.
-fn window(t_s: &[f64], k: usize, reach: usize) -> Option<(usize, usize)> {
-    let (low, high) = (k.checked_sub(reach)?, k + reach);
-    let usual = t_s.get(k + 1).map_or(0.0, |next| next - t_s[k]).max(1e-6);
-    (high < t_s.len() && t_s[high] - t_s[low] < 3.0 * (2 * reach) as f64 * usual).then_some((low, high))
-}
-
-fn rate(t_s: &[f64], signal: &[f64], reach: usize) -> Vec<f64> {
-    (0..signal.len())
-        .map(|k| match window(t_s, k, reach) {
-            Some((low, high)) => (signal[high] - signal[low]) / (t_s[high] - t_s[low]),
-            None => f64::NAN,
-        })
-        .collect()
-}
-
-fn mean_around(t_s: &[f64], signal: &[f64], reach: usize) -> Vec<f64> {
-    (0..signal.len())
-        .map(|k| match window(t_s, k, reach) {
-            Some((low, high)) => signal[low..=high].iter().sum::<f64>() / (high - low + 1) as f64,
-            None => f64::NAN,
-        })
-        .collect()
+fn titled(channel: Channel, how: &str) -> String {
+    let mut letters = balance_name(channel).chars();
+    let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}: {how}", letters.as_str())
 }

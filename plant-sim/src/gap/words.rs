@@ -1,7 +1,7 @@
 //! The verdict in sentences, for the terminal and the top of the report.
 
 use super::units::{quantity, with_error};
-use diagnosis::{Diagnosis, PerChannel};
+use diagnosis::{Diagnosis, Gain, HoldOut, PerChannel};
 use plant_model::Effect;
 use report_html::Tone;
 use rig_files::Verdict;
@@ -68,14 +68,31 @@ pub(crate) fn closed(baseline: f64, extended: f64, floor: f64) -> Option<f64> {
     (gap > 0.05 * floor).then(|| ((baseline - extended) / gap).clamp(-9.99, 1.0))
 }
 
-type Predicted = (&'static str, &'static str, fn(&PerChannel) -> Option<f64>);
+/// The prediction errors of one channel in words.
+pub(crate) struct Errors {
+    /// The channel.
+    pub(crate) name: &'static str,
+    /// Of the rig file as given, of the extended rig, and from noise alone, with their unit.
+    pub(crate) quantities: [String; 3],
+    /// See [`closed`].
+    pub(crate) closed: Option<f64>,
+}
 
-/// The channels of a gain, with names for people and the key that carries the unit.
-pub(crate) const CHANNELS: [Predicted; 3] = [
-    ("position", "y_m", |channel| channel.y_m),
-    ("pressure A", "p_a_pa", |channel| channel.p_a_pa),
-    ("pressure B", "p_b_pa", |channel| channel.p_b_pa),
-];
+/// The errors of a gain, channel by channel.
+pub(crate) fn errors(gain: &Gain) -> impl Iterator<Item = Errors> {
+    type Predicted = (&'static str, &'static str, fn(&PerChannel) -> Option<f64>);
+    const CHANNELS: [Predicted; 3] = [
+        ("position", "y_m", |channel| channel.y_m),
+        ("pressure A", "p_a_pa", |channel| channel.p_a_pa),
+        ("pressure B", "p_b_pa", |channel| channel.p_b_pa),
+    ];
+    let HoldOut { baseline_rmse, extended_rmse, noise_floor } = gain.holdout;
+    CHANNELS.into_iter().filter_map(move |(name, key, get)| {
+        let [baseline, extended, floor] = [get(&baseline_rmse)?, get(&extended_rmse)?, get(&noise_floor)?];
+        let quantities = [baseline, extended, floor].map(|error| quantity(key, error));
+        Some(Errors { name, quantities, closed: closed(baseline, extended, floor) })
+    })
+}
 
 /// Everything a technician needs on the terminal.
 #[must_use]
@@ -103,15 +120,11 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         let _ = writeln!(text, "\nAdjusted within tolerance: {} from {from} to {to} ({percent:+.1} %)", value.name);
     }
     if let Some(gain) = &diagnosis.gain {
-        let h = &gain.holdout;
         let _ =
             writeln!(text, "\nPrediction error {:.0} ms ahead, on data held back from the fit:", gain.horizon_s * 1e3);
-        for (name, key, get) in CHANNELS {
-            if let (Some(b), Some(e), Some(f)) = (get(&h.baseline_rmse), get(&h.extended_rmse), get(&h.noise_floor)) {
-                let share = closed(b, e, f).map_or("nothing to close".into(), |s| format!("{:.0} % closed", 100.0 * s));
-                let (b, e, f) = (quantity(key, b), quantity(key, e), quantity(key, f));
-                let _ = writeln!(text, "  {name:<10}  {b} before, {e} after, {f} from noise alone: {share}");
-            }
+        for Errors { name, quantities: [before, after, floor], closed } in errors(gain) {
+            let share = closed.map_or("nothing to close".into(), |share| format!("{:.0} % closed", 100.0 * share));
+            let _ = writeln!(text, "  {name:<10}  {before} before, {after} after, {floor} from noise alone: {share}");
         }
     }
     if let Some(next) = &diagnosis.next_experiment {
