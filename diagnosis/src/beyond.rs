@@ -64,7 +64,8 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
             .collect();
         let candidates: Vec<Hypothesis> =
             open.iter().map(|index| out.fit.hypothesis.with_term(*index, problem.terms[*index].channels)).collect();
-        let scores = problem.scores(&out.fit, &candidates);
+        let Some(slopes) = problem.slopes(&out.fit) else { break };
+        let scores = problem.scores(&out.fit, &slopes, &candidates);
         let mut order: Vec<usize> = (0..open.len()).filter(|k| scores[*k] > 0.5 * GATE).collect();
         order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
         order.truncate(FITTED);

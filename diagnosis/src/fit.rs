@@ -2,11 +2,12 @@
 
 use crate::balance::shared::Signals;
 use crate::balance::{self, Channel, Channels, Innovations};
-use crate::hypothesis::{self, Hypothesis, Parameter};
+use crate::hypothesis::{self, Hypothesis, Parameter, Slot};
 use crate::record::{Record, SHORTEST_STRETCH_S, Stretch};
 use crate::terms::{self, Term};
 use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
+use rayon::prelude::*;
 use rig_files::RigFile;
 
 /// Innovations beyond this many standard deviations count less and less: mispredicted stick-slip must not rule.
@@ -21,8 +22,8 @@ pub(crate) const COST_OF_NOISE: f64 = 0.466;
 const RESPONDS: f64 = 50.0;
 
 /// Candidates are compared on about this much of the log, s, taken in pieces of some length, s, from all of it.
-const ENOUGH_TO_COMPARE_S: f64 = 15.0;
-const PIECE_S: f64 = 2.5;
+const ENOUGH_TO_COMPARE_S: f64 = 8.0;
+const PIECE_S: f64 = 1.5;
 
 /// A small step: no parameter moves by more than this, in plainly visible changes, and the cost falls by no more than this
 /// part of it.
@@ -92,6 +93,20 @@ pub(crate) struct Residuals {
     pub(crate) channels: [Vec<f64>; 4],
 }
 
+/// A fit's residuals with their derivatives by its parameters, in the parameters' order.
+pub(crate) struct Slopes {
+    pub(crate) base: Residuals,
+    pub(crate) columns: Vec<Residuals>,
+    slots: Vec<Slot>,
+}
+
+impl Slopes {
+    /// The derivatives by one parameter.
+    fn by(&self, slot: Slot) -> Option<&Residuals> {
+        self.slots.iter().position(|other| *other == slot).map(|place| &self.columns[place])
+    }
+}
+
 fn bundle(innovations: &Innovations) -> Residuals {
     let mut out = Residuals::default();
     let root = (BUNDLE as f64).sqrt();
@@ -128,7 +143,13 @@ pub(crate) fn weight(e: f64) -> f64 {
     1.0 / (1.0 + x * x).sqrt()
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The same problem on the part of the log held back.
+    pub(crate) fn held_back(&self) -> Problem<'a> {
+        let stretches = self.record.stretches.iter().copied().filter(|s| s.held_back).collect();
+        Problem { stretches, ..*self }
+    }
+
     /// The parameters of an effect on this rig.
     pub(crate) fn parameters(&self, effect: Effect) -> Vec<Parameter> {
         hypothesis::effect_parameters(self.rig, effect, self.judgeable, &self.record.quality)
@@ -185,6 +206,15 @@ impl Problem<'_> {
             }
         }
         (out, step)
+    }
+
+    /// The slopes at a fit.
+    pub(crate) fn slopes(&self, fit: &Fit) -> Option<Slopes> {
+        let h = &fit.hypothesis;
+        let base = self.evaluate(h, &h.values, self.judgeable)?;
+        let column = |index: usize| self.column(h, &h.values, &base, index, 0.02).0;
+        let columns = (0..h.values.len()).into_par_iter().map(column).collect();
+        Some(Slopes { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
 
     /// Normal matrix and gradient in units of the parameters' scales; `known` is that of the first columns.
@@ -297,7 +327,28 @@ impl Problem<'_> {
     /// Fits the parameters that matter after something changed in some channels, by Levenberg-Marquardt steps from the
     /// hypothesis' values; those of channels that no parameter ties to the changed ones stay where an earlier fit left
     /// them.
-    pub(crate) fn refit(&self, mut hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
+    pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
+        self.descend(hypothesis, changed, iterations, None)
+    }
+
+    /// The first steps of a fit from the neighbourhood of another, with that one's slopes wherever there are any.
+    pub(crate) fn begin(
+        &self,
+        hypothesis: Hypothesis,
+        changed: Channels,
+        iterations: usize,
+        slopes: &Slopes,
+    ) -> Option<Fit> {
+        self.descend(hypothesis, changed, iterations, Some(slopes))
+    }
+
+    fn descend(
+        &self,
+        mut hypothesis: Hypothesis,
+        changed: Channels,
+        iterations: usize,
+        slopes: Option<&Slopes>,
+    ) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
         let reached = reached(&hypothesis.parameters, changed);
@@ -305,7 +356,9 @@ impl Problem<'_> {
         let mut cost = self.total(&residuals, &hypothesis, &values);
         // Priors are many decades weaker than data where the two do not compete; damping must stay below both.
         let mut damping = 1.0e-7;
-        let mut columns: Vec<Residuals> = vec![Residuals::default(); values.len()];
+        let known: Vec<Option<&Residuals>> =
+            hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
+        let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         // After a small step the columns of nominal values serve once more. Only a step with all columns new ends a fit.
         let mut all_new = true;
         'iterations: for _ in 0..iterations {
@@ -313,7 +366,7 @@ impl Problem<'_> {
                 break;
             }
             for (index, (parameter, column)) in hypothesis.parameters.iter().zip(&mut columns).enumerate() {
-                if free(parameter) && (all_new || parameter.tolerance.is_none()) {
+                if known[index].is_none() && free(parameter) && (all_new || parameter.tolerance.is_none()) {
                     *column = self.column(&hypothesis, &values, &residuals, index, 0.02).0;
                 }
             }

@@ -16,6 +16,17 @@ pub(crate) enum Slot {
     Term(usize),
 }
 
+impl PartialEq for Slot {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Nominal(one), Self::Nominal(other)) => one.path == other.path,
+            (Self::Effect(one, index), Self::Effect(other, other_index)) => (one, index) == (other, other_index),
+            (Self::Term(one), Self::Term(other)) => one == other,
+            _ => false,
+        }
+    }
+}
+
 /// One fitted parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parameter {

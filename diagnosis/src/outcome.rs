@@ -1,5 +1,7 @@
 //! What a diagnosis says: the content of `diagnosis.json`.
 
+use crate::balance::Channel;
+use crate::residual::{Dependence, Peak};
 use serde::Serialize;
 
 /// A fitted value with its standard error.
@@ -39,6 +41,25 @@ pub struct Calibration {
     pub value: f64,
     /// Standard error of the corrected value.
     pub std_error: f64,
+}
+
+/// How one balance stands after all.
+#[derive(Clone, Debug, Serialize)]
+pub struct Balance {
+    /// `p_a_pa`, `p_b_pa`, `y_m` or `p_sup_pa`: the channel it predicts.
+    pub channel: Channel,
+    /// Misfit of the nominal rig over that of white noise; 1 is perfect.
+    pub nominal_misfit: f64,
+    /// The same with the causes found.
+    pub extended_misfit: f64,
+    /// Long-run variance of the remaining errors over that of white noise; 1 is white.
+    pub remaining_dispersion: f64,
+    /// Whether nothing beyond noise remains.
+    pub closed: bool,
+    /// Where its errors live: how much of them depends on what, most first.
+    pub depends_on: Vec<Dependence>,
+    /// The frequency at which the nominal rig errs most; `null` where the log is too broken for a spectrum.
+    pub peak: Option<Peak>,
 }
 
 /// One figure per predicted channel; `null` where the channel was not measured.

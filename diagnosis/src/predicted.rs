@@ -1,6 +1,6 @@
 //! What an addition to a fit would gain, predicted without fitting it.
 
-use crate::fit::{Fit, Normal, Problem, Residuals, regularised};
+use crate::fit::{Fit, Normal, Problem, Residuals, Slopes, regularised};
 use crate::hypothesis::{Hypothesis, Slot};
 use plant_model::Effect;
 use rayon::prelude::*;
@@ -28,21 +28,15 @@ struct Started {
 impl Problem<'_> {
     /// What extending a fit to each of some hypotheses would gain: exact at their starting values, to first order from
     /// there. The candidates hold the fit's parameters first, then those they add.
-    pub(crate) fn scores(&self, fit: &Fit, candidates: &[Hypothesis]) -> Vec<f64> {
+    pub(crate) fn scores(&self, fit: &Fit, slopes: &Slopes, candidates: &[Hypothesis]) -> Vec<f64> {
         let values = &fit.hypothesis.values;
-        let Some(base) = self.evaluate(&fit.hypothesis, values, self.judgeable) else {
-            return vec![0.0; candidates.len()];
-        };
-        let own: Vec<Residuals> = (0..values.len())
-            .into_par_iter()
-            .map(|index| self.column(&fit.hypothesis, values, &base, index, 0.02).0)
-            .collect();
-        let own: Vec<&Residuals> = own.iter().collect();
-        let at_base = self.normal(&fit.hypothesis, values, &base, &own, None);
+        let base = &slopes.base;
+        let own: Vec<&Residuals> = slopes.columns.iter().collect();
+        let at_base = self.normal(&fit.hypothesis, values, base, &own, None);
         let without = linear_gain(&at_base);
-        let cost = self.total(&base, &fit.hypothesis, values);
+        let cost = self.total(base, &fit.hypothesis, values);
         let started: Vec<Option<Started>> =
-            candidates.par_iter().map(|extended| self.start(extended, values.len(), &base, cost)).collect();
+            candidates.par_iter().map(|extended| self.start(extended, values.len(), base, cost)).collect();
         let sloped = sloped(candidates, &started);
         (candidates.par_iter().zip(&started).zip(sloped))
             .map(|((extended, started), sloped)| {
@@ -52,7 +46,7 @@ impl Problem<'_> {
                     Start::AsItIs => return started.gained.max(0.0),
                     Start::OnASlope => return 0.0,
                 }
-                let at_start = started.residuals.as_ref().unwrap_or(&base);
+                let at_start = started.residuals.as_ref().unwrap_or(base);
                 let added: Vec<Residuals> = (values.len()..extended.parameters.len())
                     .map(|index| {
                         // Where a play or a delay has to be overcome first, a small step shows nothing.

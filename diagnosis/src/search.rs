@@ -1,7 +1,7 @@
 //! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
 
 use crate::balance::Channel;
-use crate::fit::{Fit, Problem};
+use crate::fit::{Fit, Problem, Slopes};
 use crate::hypothesis::{self, Hypothesis, Parameter, Slot};
 use crate::ripple;
 use plant_model::Effect;
@@ -44,6 +44,10 @@ const EXCHANGES: usize = 2;
 /// An exchange is likelier if the cost falls by this much; so many of them are tried to the end.
 const LIKELIER: f64 = 4.0;
 const MOST_PRUNED: usize = 2;
+/// Fits of the same causes are one fit if their costs differ by no more than this.
+const SAME: f64 = 1.0;
+/// The best extensions found before are fitted anew where a channel's dispersion has changed by this factor.
+const DISPERSED: f64 = 1.1;
 /// Iterations of a full fit.
 const ITERATIONS: usize = 20;
 
@@ -54,6 +58,33 @@ pub(crate) struct Tried {
     /// Cost with noise taken as white, whatever dispersion it was compared with: one scale for all.
     pub(crate) cost: f64,
     pub(crate) fitted: bool,
+}
+
+/// What a search remembers.
+#[derive(Default)]
+struct Memory {
+    tried: Vec<Tried>,
+    explored: Vec<Explored>,
+}
+
+/// The extensions of a set of causes.
+struct Explored {
+    from: Fit,
+    /// Dispersion they were compared with.
+    dispersion: [f64; 4],
+    fits: Vec<Fit>,
+}
+
+impl Memory {
+    /// What is known of extending a fit: another with the same causes, and no worse, was extended before.
+    fn extensions(&self, problem: &Problem<'_>, from: &Fit) -> Option<&Explored> {
+        let effects = &from.hypothesis.effects;
+        let same = |known: &Fit| {
+            known.hypothesis.effects.len() == effects.len()
+                && known.hypothesis.effects.iter().all(|effect| effects.contains(effect))
+        };
+        self.explored.iter().find(|e| same(&e.from) && e.from.cost(problem) < from.cost(problem) + SAME)
+    }
 }
 
 /// The outcome of the search.
@@ -236,8 +267,37 @@ struct Candidate {
     predicted: f64,
 }
 
+/// Where additions to a fit are compared: on a part of the data, which stands for the rest.
+struct Ground<'a> {
+    thinned: Problem<'a>,
+    /// How many times more data there is.
+    ratio: f64,
+    slopes: Slopes,
+    /// The fit with strained nominal values back where they should be, if any are.
+    relaxed: Option<(Fit, Slopes)>,
+}
+
+impl<'a> Ground<'a> {
+    fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
+        let (thinned, ratio) = problem.thinned();
+        let slopes = thinned.slopes(from)?;
+        let relax = || {
+            let fit = thinned.judge(from.hypothesis.relaxed())?;
+            let slopes = thinned.slopes(&fit)?;
+            Some((fit, slopes))
+        };
+        let relaxed = if from.hypothesis.strained() == 0 { None } else { relax() };
+        Some(Self { thinned, ratio, slopes, relaxed })
+    }
+
+    /// The slopes nearest to an addition that begins with strained values anew or where they are.
+    fn slopes(&self, anew: bool) -> &Slopes {
+        self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
+    }
+}
+
 /// The candidates for one more cause, most promising first.
-fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
+fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>) -> Vec<Candidate> {
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
         .into_iter()
         .filter(|e| !from.hypothesis.effects.contains(e))
@@ -247,23 +307,19 @@ fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
         .iter()
         .map(|(effect, start)| from.hypothesis.beside(*effect, problem.parameters(*effect), start))
         .collect();
-    // On a part of the data: what it gains there stands for the rest.
-    let (thinned, ratio) = problem.thinned();
-    let mut scores = thinned.scores(from, &extended);
+    let mut scores = ground.thinned.scores(from, &ground.slopes, &extended);
     // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
-    let strained = from.hypothesis.strained();
-    if strained != 0
-        && let Some(fit) = thinned.judge(from.hypothesis.relaxed())
-    {
+    if let Some((fit, slopes)) = &ground.relaxed {
+        let strained = from.hypothesis.strained();
         let acting: Vec<usize> = (0..open.len()).filter(|k| hypothesis::channels(open[*k].0) & strained != 0).collect();
         let beside = |k: &usize| {
             let (effect, start) = &open[*k];
             fit.hypothesis.beside(*effect, problem.parameters(*effect), start)
         };
-        let others = thinned.scores(&fit, &acting.iter().map(beside).collect::<Vec<_>>());
+        let others = ground.thinned.scores(fit, slopes, &acting.iter().map(beside).collect::<Vec<_>>());
         acting.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
-    scores.iter_mut().for_each(|score| *score *= ratio);
+    scores.iter_mut().for_each(|score| *score *= ground.ratio);
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -281,8 +337,36 @@ fn promising(problem: &Problem<'_>, from: &Fit) -> Vec<Candidate> {
 }
 
 /// Fits the most promising additions to a hypothesis in full, at most `keep`; the best first.
-fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried>) -> Vec<Fit> {
-    let mut candidates = promising(problem, from);
+fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, memory: &mut Memory) -> Vec<Fit> {
+    let fits = match memory.extensions(problem, from) {
+        Some(explored) => again(problem, explored),
+        None => explore(problem, from, keep, &mut memory.tried),
+    };
+    memory.explored.push(Explored { from: from.clone(), dispersion: problem.dispersion, fits: fits.clone() });
+    fits
+}
+
+/// Extensions found before, as they compare now.
+fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
+    let mut fits = explored.fits.clone();
+    let by_promise = |a: &Fit, b: &Fit| promise(problem, a).total_cmp(&promise(problem, b));
+    fits.sort_by(by_promise);
+    let changed = |(new, old): (f64, f64)| new.max(old) > DISPERSED * new.min(old);
+    if problem.dispersion.into_iter().zip(explored.dispersion).any(changed) {
+        let first = fits.len().min(FINISHED);
+        fits[..first].par_iter_mut().for_each(|fit| {
+            if let Some(better) = problem.fit(fit.hypothesis.clone(), ITERATIONS) {
+                *fit = better;
+            }
+        });
+        fits.sort_by(by_promise);
+    }
+    fits
+}
+
+fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried>) -> Vec<Fit> {
+    let Some(ground) = Ground::new(problem, from) else { return Vec::new() };
+    let mut candidates = promising(problem, from, &ground);
     let base = from.cost(problem);
     let worth = |c: &Candidate| c.predicted > PROMISING * gate(problem, from, c.effect);
     let mut count = candidates.iter().take_while(|c| worth(c)).count().min(keep);
@@ -315,7 +399,6 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
     let starts: Vec<(Effect, &[f64])> =
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
     // A few steps on a part of the data show which are worth more.
-    let (thinned, _) = problem.thinned();
     // Strained values stood in for what is missing: they start anew, or from where they are, whichever leads farther.
     let mut begun: Vec<Fit> = starts
         .par_iter()
@@ -323,7 +406,8 @@ fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tr
             let ways: &[bool] = if strained & hypothesis::channels(*effect) == 0 { &[true] } else { &[true, false] };
             let begin = |anew: &bool| {
                 let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
-                let fit = thinned.refit(extended, hypothesis::channels(*effect), FIRST_ITERATIONS)?;
+                let slopes = ground.slopes(*anew);
+                let fit = ground.thinned.begin(extended, hypothesis::channels(*effect), FIRST_ITERATIONS, slopes)?;
                 problem.judge(fit.hypothesis)
             };
             ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
@@ -385,13 +469,13 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
 
 /// Searches for the causes of the gap. `progress` hears what is being done.
 pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: &dyn Fn(&str)) -> Option<Found> {
-    let mut tried = Vec::new();
+    let mut memory = Memory::default();
     progress("nominal model");
     let null = problem.fit(nominal.clone(), ITERATIONS)?;
     let mut current = null.clone();
     while current.hypothesis.effects.len() < MOST_CAUSES {
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
-        let fits = extensions(problem, &current, FITTED, &mut tried);
+        let fits = extensions(problem, &current, FITTED, &mut memory);
         // The likeliest may act on so many channels that it matters in none.
         let enough = |next: &Fit| {
             next.hypothesis.effects.last().is_some_and(|added| wanting(problem, next, &current, *added) < 0.0)
@@ -407,10 +491,10 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     problem.dispersion = problem.dispersion_at(&current);
     let pruned = prune(problem, current);
     progress("alternatives");
-    let (best, alternatives) = exchange(problem, pruned, &mut tried);
+    let (best, alternatives) = exchange(problem, pruned, &mut memory);
     let (best, alternatives) = sure(problem, slim(problem, best), alternatives);
     let (ties, losses) = ties(problem, &best, alternatives);
-    Some(Found { null, best, ties, losses, tried })
+    Some(Found { null, best, ties, losses, tried: memory.tried })
 }
 
 /// Leaves out causes whose parameters may as well be neutral: they soak up noise. What is left has standard errors.
@@ -459,9 +543,9 @@ struct Alternatives {
     instead: Vec<Fit>,
 }
 
-fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, tried: &mut Vec<Tried>) -> Option<Alternatives> {
+fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, memory: &mut Memory) -> Option<Alternatives> {
     let without = refit_without(problem, best, effect)?;
-    let instead = extensions(problem, &without, ALTERNATIVES, tried);
+    let instead = extensions(problem, &without, ALTERNATIVES, memory);
     Some(Alternatives { without, instead })
 }
 
@@ -473,10 +557,10 @@ fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit
 }
 
 /// Replaces causes one at a time by better ones, as long as that helps; with what else could stand for each.
-fn exchange(problem: &Problem<'_>, mut best: Fit, tried: &mut Vec<Tried>) -> (Fit, Vec<Option<Alternatives>>) {
+fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
     for round in 0.. {
         let effects = best.hypothesis.effects.clone();
-        let all: Vec<_> = effects.iter().map(|effect| alternatives(problem, &best, *effect, tried)).collect();
+        let all: Vec<_> = effects.iter().map(|effect| alternatives(problem, &best, *effect, memory)).collect();
         let (cost, enough) = (best.cost(problem), charged(problem, &best) - 1.0);
         // A likelier exchange may be dearer only until what it makes needless is taken out.
         let better = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;

@@ -1,0 +1,213 @@
+//! What the fits are worth: whether balances are closed, which causes deserve their names, and the verdict.
+
+use crate::balance::{Channel, Channels, Innovations};
+use crate::beyond;
+use crate::fit::{BUNDLE, COST_OF_NOISE, Fit, Problem, calm_misfit};
+use crate::holdout;
+use crate::hypothesis;
+use crate::outcome::{Balance, Cause, PerChannel};
+use crate::search::Found;
+use plant_model::Effect;
+use rig_files::Verdict;
+
+/// A balance is closed while its innovations vary no more than this over what noise explains, slowly (long-run
+/// variance) …
+const CLOSED_DISPERSION_OF_MASS: f64 = 2.5;
+const CLOSED_DISPERSION_OF_FORCE: f64 = 4.0;
+/// … and in total (cost over that of white noise). When a resting piston breaks away is a matter of less force than the
+/// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
+const CLOSED_COST_OF_MASS: f64 = 3.0;
+const CLOSED_COST_OF_FORCE: f64 = 5.0;
+/// Predictions on the part held back count as no worse while their squared errors grow by no more than this.
+const NO_WORSE: f64 = 1.01;
+/// Misfit up to which causes leave nothing in a balance.
+const WHITE_ENOUGH: f64 = 1.12;
+/// Misfit and long-run variance up to which a balance may be noise: causes fitted to it make it a little less than white.
+const LIKE_NOISE: f64 = 1.25;
+/// Part of what causes take away that must lie above the misfit of white noise.
+const LEAST_EXCESS: f64 = 0.4;
+/// Most causes named at once.
+const MOST_NAMED: usize = 3;
+/// Beyond the most causes named, one that explains less of the gap than this is a lead and casts no doubt on the others.
+const TRIFLE: f64 = 0.01;
+/// Least share of the gap for a cause named while a balance stays open.
+const LEAST_SHARE_BESIDE_A_GAP: f64 = 0.1;
+/// The worst part of the innovations, left out where a balance is judged: a slam into an end stop, a breakaway.
+const SLAMS: f64 = 0.02;
+
+/// What stands of the causes found.
+pub(crate) struct Judgement {
+    pub(crate) causes: Vec<Cause>,
+    /// Effects that lower the misfit without a right to a name.
+    pub(crate) leads: Vec<Cause>,
+    /// Channels whose balance stays open.
+    pub(crate) open: Channels,
+    /// Whether something is left that no name covers.
+    gap: bool,
+    /// What the part held back does not confirm, beside balances that look like noise without it, is noise.
+    quiet: bool,
+}
+
+impl Judgement {
+    /// `closed`: whether the whole model predicts the part held back with what is named as well as noise allows.
+    pub(crate) fn verdict(&self, closed: bool) -> Verdict {
+        match (self.causes.is_empty(), self.gap && !self.quiet || !closed) {
+            (true, false) => Verdict::NoGap,
+            (true, true) => Verdict::Unexplained,
+            (false, false) => Verdict::Explained,
+            (false, true) => Verdict::PartlyExplained,
+        }
+    }
+}
+
+/// Judges the causes found, given in the order of the best fit's effects.
+pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], all: Vec<Cause>) -> Judgement {
+    let open: Channels = balances.iter().filter(|b| !b.closed).map(|b| b.channel.bit()).sum();
+    // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
+    let few = all.iter().filter(|c| c.share >= TRIFLE).count() <= MOST_NAMED;
+    let trifles = all.len() > MOST_NAMED;
+    let most = explains_most(found, balances);
+    let held = explains_excess(problem, found, balances) && confirmed_on_hold_out(problem, found);
+    let confirmed = few && most && held;
+    let shadows = shadows(problem, found);
+    let mut causes = Vec::new();
+    let mut leads = Vec::new();
+    for (cause, effect) in all.into_iter().zip(&found.best.hypothesis.effects) {
+        // Where a gap stays open, a small share beside it is as likely its shadow.
+        let stands = open == 0 || cause.share >= LEAST_SHARE_BESIDE_A_GAP;
+        let trifle = trifles && cause.share < TRIFLE;
+        let closed = hypothesis::channels(*effect) & open == 0;
+        if closed && confirmed && stands && !trifle && !shadows.contains(effect) {
+            causes.push(cause);
+        } else {
+            leads.push(cause);
+        }
+    }
+    // What shares a balance with a mere lead may only make up for it.
+    loop {
+        let doubtful = acted_on(leads.iter().filter(|c| c.share >= TRIFLE));
+        let shares = |c: &Cause| Effect::from_id(&c.id).is_some_and(|e| hypothesis::channels(e) & doubtful != 0);
+        let Some(place) = causes.iter().position(shares) else { break };
+        leads.push(causes.remove(place));
+    }
+    let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
+    causes.sort_by(by_share);
+    leads.sort_by(by_share);
+    // Causes that the part held back does not confirm leave a gap only where there is one without them.
+    let any = !found.best.hypothesis.effects.is_empty();
+    let unclosed = any && causes.is_empty() && balances.iter().any(|b| b.nominal_misfit >= closed_cost(b.channel));
+    let gap = open != 0 || !few || trifles || !most || !shadows.is_empty() || unclosed;
+    let quiet = !held && balances.iter().all(|b| b.nominal_misfit < LIKE_NOISE);
+    Judgement { causes, leads, open, gap, quiet }
+}
+
+/// The channels that some causes act on.
+pub(crate) fn acted_on<'a>(causes: impl IntoIterator<Item = &'a Cause>) -> Channels {
+    causes.into_iter().filter_map(|c| Effect::from_id(&c.id)).fold(0, |all, e| all | hypothesis::channels(e))
+}
+
+/// The long-run variance below which a balance is closed.
+fn closed_dispersion(channel: Channel) -> f64 {
+    if channel == Channel::Position { CLOSED_DISPERSION_OF_FORCE } else { CLOSED_DISPERSION_OF_MASS }
+}
+
+/// The misfit below which a balance is closed.
+fn closed_cost(channel: Channel) -> f64 {
+    if channel == Channel::Position { CLOSED_COST_OF_FORCE } else { CLOSED_COST_OF_MASS }
+}
+
+/// The channels that could be judged.
+pub(crate) fn judged(problem: &Problem<'_>) -> impl Iterator<Item = Channel> {
+    let judgeable = problem.judgeable;
+    Channel::ALL.into_iter().filter(move |channel| judgeable & channel.bit() != 0)
+}
+
+/// How the balances stand, before and after.
+pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
+    let dispersion = problem.dispersion_at(&found.best);
+    judged(problem)
+        .map(|channel| {
+            let index = channel as usize;
+            let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
+            let white = COST_OF_NOISE * (settled / BUNDLE).max(1) as f64;
+            let extended_misfit = found.best.channel_cost[index] / white;
+            let slams = if channel == Channel::Position { 0.0 } else { SLAMS };
+            let calm = calm_misfit(&innovations[1].channels[index], slams);
+            Balance {
+                channel,
+                nominal_misfit: found.null.channel_cost[index] / white,
+                extended_misfit,
+                remaining_dispersion: dispersion[index],
+                closed: calm < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
+                    || calm_misfit(&innovations[1].channels[index], SLAMS) < LIKE_NOISE
+                        && dispersion[index] < LIKE_NOISE,
+                depends_on: Vec::new(),
+                peak: None,
+            }
+        })
+        .collect()
+}
+
+/// The channels that the causes act on.
+fn touched(found: &Found) -> Channels {
+    found.best.hypothesis.effects.iter().fold(0, |all, e| all | hypothesis::channels(*e))
+}
+
+/// Causes that terms outside the catalogue make needless.
+fn shadows(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
+    let touched = touched(found);
+    if touched == 0 {
+        return Vec::new();
+    }
+    let extended = beyond::extend(problem, &found.best, touched);
+    if extended.terms.is_empty() { Vec::new() } else { beyond::shadows(problem, &extended) }
+}
+
+/// Whether the causes take away more misfit from the balances they act on than they leave: a name for the smaller part
+/// of a gap is a guess.
+fn explains_most(found: &Found, balances: &[Balance]) -> bool {
+    let touched = touched(found);
+    let (mut gained, mut left) = (0.0, 0.0);
+    for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
+        gained += balance.nominal_misfit - balance.extended_misfit;
+        left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
+    }
+    touched == 0 || gained > left
+}
+
+/// Whether what the causes take away is largely misfit beyond noise, or strain of nominal values: a model that suppresses
+/// noise, such as a large volume or mass that answers nothing, makes balances whiter than white.
+fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
+    let touched = touched(found);
+    let relieved = found.null.prior_cost - found.best.prior_cost;
+    let of = |value: fn(f64) -> f64| -> f64 {
+        let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
+        let gains = acted_on
+            .map(|b| (value(b.nominal_misfit) - value(b.extended_misfit)) * problem.noise_cost(b.channel.bit()));
+        gains.sum::<f64>() + relieved
+    };
+    touched == 0 || of(|misfit| misfit.max(1.0)) >= LEAST_EXCESS * of(|misfit| misfit)
+}
+
+/// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
+fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
+    let held = problem.held_back();
+    if held.stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
+        return true;
+    }
+    let cost = |fit: &Fit| held.judge(fit.hypothesis.clone()).map(|f| f.cost(&held));
+    match (cost(&found.null), cost(&found.best)) {
+        (Some(null), Some(best)) => best < null && predicts_no_worse(problem, found),
+        _ => false,
+    }
+}
+
+/// Whether the whole model, restarted on the part held back, predicts no worse with the causes than without. What merely
+/// soaks up noise in a balance does.
+fn predicts_no_worse(problem: &Problem<'_>, found: &Found) -> bool {
+    let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
+    let models = holdout::Comparison::new(problem.record, &extended(&found.null), &extended(&found.best));
+    let Some((gain, _)) = models.and_then(|models| models.gain(holdout::HORIZON_S)) else { return true };
+    let error = |of: &PerChannel| of.over(&gain.holdout.noise_floor).map(|ratio| ratio.powi(2)).sum::<f64>();
+    error(&gain.holdout.extended_rmse) < NO_WORSE * error(&gain.holdout.baseline_rmse)
+}
