@@ -1,6 +1,6 @@
 //! Standard errors of fitted parameters.
 
-use crate::fit::{BUNDLE, Fit, Problem, Residuals, regularised, weight};
+use crate::fit::{BUNDLE, Fit, Problem, Residuals, Slopes, regularised, weight};
 use nalgebra::{DMatrix, DVector};
 
 /// Numerical error of the balances, in plainly visible changes of a parameter: they step at the log's own interval and
@@ -12,9 +12,7 @@ impl Problem<'_> {
     pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
         let hypothesis = &fit.hypothesis;
         let values = hypothesis.values.clone();
-        let Some(residuals) = self.evaluate(hypothesis, &values, self.judgeable) else { return fit };
-        let columns: Vec<Residuals> =
-            (0..values.len()).map(|index| self.column(hypothesis, &values, &residuals, index, 0.02).0).collect();
+        let Some(Slopes { base: residuals, columns, .. }) = self.slopes(&fit) else { return fit };
         let references: Vec<&Residuals> = columns.iter().collect();
         let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
         let n = columns.len();

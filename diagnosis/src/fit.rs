@@ -79,8 +79,7 @@ impl Fit {
 
     /// Cost in some channels with the problem's dispersion, tolerances left out.
     pub(crate) fn cost_in(&self, problem: &Problem<'_>, channels: Channels) -> f64 {
-        let pairs = self.channel_cost.iter().zip(problem.dispersion).enumerate();
-        pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
+        problem.sum_over(&self.channel_cost, channels)
     }
 }
 
@@ -160,6 +159,18 @@ impl<'a> Problem<'a> {
         let added = terms::sum(self.terms, hypothesis.factors(values));
         let wanted = wanted & self.judgeable;
         Some(bundle(&balance::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted)))
+    }
+
+    /// Costs by channel, summed over some channels with the problem's dispersion.
+    fn sum_over(&self, channel_cost: &[f64; 4], channels: Channels) -> f64 {
+        let pairs = channel_cost.iter().zip(self.dispersion).enumerate();
+        pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
+    }
+
+    /// What some values of a hypothesis' parameters cost in some channels, tolerances left out.
+    pub(crate) fn cost_of(&self, hypothesis: &Hypothesis, values: &[f64], channels: Channels) -> Option<f64> {
+        let residuals = self.evaluate(hypothesis, values, channels)?;
+        Some(self.sum_over(&Self::channel_cost(&residuals), channels))
     }
 
     fn channel_cost(residuals: &Residuals) -> [f64; 4] {
@@ -365,11 +376,12 @@ impl<'a> Problem<'a> {
             if hypothesis.parameters.is_empty() {
                 break;
             }
-            for (index, (parameter, column)) in hypothesis.parameters.iter().zip(&mut columns).enumerate() {
+            columns.par_iter_mut().enumerate().for_each(|(index, column)| {
+                let parameter = &hypothesis.parameters[index];
                 if known[index].is_none() && free(parameter) && (all_new || parameter.tolerance.is_none()) {
                     *column = self.column(&hypothesis, &values, &residuals, index, 0.02).0;
                 }
-            }
+            });
             let references: Vec<&Residuals> = columns.iter().collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &references, None);
             for _ in 0..7 {

@@ -3,6 +3,7 @@
 use crate::balance::{Channel, Channels};
 use crate::fit::{Fit, Problem};
 use crate::hypothesis::{Hypothesis, Parameter, Slot};
+use rayon::prelude::*;
 
 /// Nominal values whose cost is rugged.
 const RUGGED_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
@@ -77,11 +78,10 @@ impl Problem<'_> {
         let risen = |step: f64| {
             let mut trial = h.values.clone();
             trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
-            let at = self.judge(Hypothesis { values: trial, ..h.clone() });
-            at.is_none_or(|at| at.cost_in(self, touched) > cost + RISE + RISE_OF_REST * rest)
+            self.cost_of(h, &trial, touched).is_none_or(|at| at > cost + RISE + RISE_OF_REST * rest)
         };
         let steps: Vec<f64> = (0..WIDTHS).map(|k| NARROWEST * 1.5f64.powi(k) * parameter.scale).collect();
-        let low = steps.iter().rev().find(|step| !(risen(**step) && risen(-**step)));
+        let low = steps.par_iter().filter(|step| !(risen(**step) && risen(-**step))).max_by(|a, b| a.total_cmp(b));
         Some(0.5 * 1.5 * low.copied().unwrap_or(NARROWEST * parameter.scale))
     }
 }
