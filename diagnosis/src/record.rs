@@ -41,7 +41,7 @@ const RAILED: usize = 20;
 const MOVED_BY_NOISE: f64 = 0.6;
 
 /// Consecutive samples without interruption, all for fitting or all held back.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stretch {
     pub(crate) start: usize,
     pub(crate) end: usize,

@@ -52,7 +52,8 @@ impl Geometry {
     }
 }
 
-/// What happens to a chamber's air from each sample to the next, as far as it does not depend on the pressure.
+/// What happens to a chamber's air from each sample of some stretches to the next, as far as it does not depend on the
+/// pressure. The last of a stretch leads nowhere.
 pub(crate) struct Strokes {
     /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the halves.
     first_half: Vec<f64>,
@@ -62,33 +63,35 @@ pub(crate) struct Strokes {
     pa_s_per_kg: Vec<f64>,
 }
 
-/// The strokes of a log, one for each sample but the last.
-pub(crate) fn strokes(record: &Record, g: &Geometry) -> Strokes {
+/// The strokes within some stretches, in order.
+pub(crate) fn strokes(record: &Record, g: &Geometry, stretches: &[Stretch]) -> Strokes {
     let volume = |k: usize| {
         let y = position(record, k, g.position_delay_s) / g.position_scale;
         (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3)
     };
-    let count = record.len().saturating_sub(1);
+    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
     let mut out = Strokes {
         first_half: Vec::with_capacity(count),
         second_half: Vec::with_capacity(count),
         pa_s_per_kg: Vec::with_capacity(count),
     };
-    let mut v = if count > 0 { volume(0) } else { g.smallest_m3 };
-    for k in 0..count {
-        let next = volume(k + 1);
-        let middle = 0.5 * (v + next);
-        out.first_half.push(polytropic(v / middle, g.exponent));
-        out.second_half.push(polytropic(middle / next, g.exponent));
-        out.pa_s_per_kg.push(g.energy_j_per_kg / middle * record.interval_s(k));
-        v = next;
+    for stretch in stretches {
+        let mut v = volume(stretch.start);
+        for k in stretch.range() {
+            let next = volume((k + 1).min(stretch.end - 1));
+            let middle = 0.5 * (v + next);
+            out.first_half.push(polytropic(v / middle, g.exponent));
+            out.second_half.push(polytropic(middle / next, g.exponent));
+            out.pa_s_per_kg.push(g.energy_j_per_kg / middle * record.interval_s(k));
+            v = next;
+        }
     }
     out
 }
 
-/// What drives the chamber's pressure, by sample.
+/// What drives the chamber's pressure, by sample of the log but for the strokes.
 pub(crate) struct Drive<'a> {
-    /// What the piston's motion does.
+    /// What the piston's motion does in the stretches at hand.
     pub(crate) strokes: &'a Strokes,
     /// Signed opening of the valve, rad.
     pub(crate) openings: &'a [f64],
@@ -124,7 +127,7 @@ pub(crate) fn innovations(
     let sigma = quality.standard_deviation.max(1.0);
     let lag = c.pressure_time_constant_s;
 
-    let mut out = Vec::new();
+    let mut out = Vec::with_capacity(drive.strokes.first_half.len());
     for stretch in stretches {
         let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
         let mut sensed = smooth.value[stretch.start] - offset;
@@ -134,6 +137,7 @@ pub(crate) fn innovations(
                 settled = record.t_s[k] + SETTLING_S;
             }
             let error = measured[k] - (sensed + offset);
+            let stroke = out.len();
             out.push(if record.t_s[k] >= settled { error * weights[k] } else { f64::NAN });
             if k + 1 == stretch.end {
                 break;
@@ -147,7 +151,7 @@ pub(crate) fn innovations(
             p += drawn;
             sensed += drawn;
             let before = p;
-            p *= drive.strokes.first_half[k];
+            p *= drive.strokes.first_half[stroke];
             let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
             let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
@@ -159,9 +163,9 @@ pub(crate) fn innovations(
                 by_p -= c.leak_cross;
             }
             mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
-            let factor = drive.strokes.pa_s_per_kg[k];
+            let factor = drive.strokes.pa_s_per_kg[stroke];
             p += factor * mass_flow / (1.0 - 0.5 * factor * by_p);
-            p = (p * drive.strokes.second_half[k]).max(1.0e3);
+            p = (p * drive.strokes.second_half[stroke]).max(1.0e3);
             if lag > 1.0e-6 {
                 // The lag sees a pressure that changes linearly over the interval.
                 let rate = (p - before) / dt;

@@ -113,7 +113,9 @@ pub(crate) fn innovations(
         for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
             if wanted & channel.bit() != 0 {
                 let geometry = chamber::Geometry::of(plant, side);
-                let strokes = signals.strokes.of(geometry, || chamber::strokes(record, &geometry));
+                let strokes = signals
+                    .strokes
+                    .of((geometry, stretches.to_vec()), || chamber::strokes(record, &geometry, stretches));
                 let drive = chamber::Drive {
                     strokes: &strokes,
                     openings: &openings,

@@ -2,6 +2,7 @@
 
 use super::chamber::{Geometry, Strokes};
 use super::command::Path;
+use crate::record::Stretch;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Signals kept of each kind: those of the hypotheses at work at the same time.
@@ -12,8 +13,8 @@ const KEPT: usize = 24;
 pub(crate) struct Signals {
     /// The valve's openings by command path.
     pub(super) openings: Shared<Path, Vec<f64>>,
-    /// What the piston's motion does to the chambers' air.
-    pub(super) strokes: Shared<Geometry, Strokes>,
+    /// What the piston's motion does to the chambers' air in some stretches.
+    pub(super) strokes: Shared<(Geometry, Vec<Stretch>), Strokes>,
 }
 
 /// Values by key, the least recently used one forgotten.
