@@ -270,6 +270,9 @@ impl Hypothesis {
     pub(crate) fn beside(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
         let mut out = self.clone();
         out.effects.push(effect);
+        if effect == Effect::PositionScale {
+            out.scale_lengths(start[0]);
+        }
         out.parameters.extend(parameters);
         out.values.extend(start);
         out
@@ -337,9 +340,46 @@ impl Hypothesis {
             let neutral = parameters.first().map_or(1.0, |p| p.neutral);
             out.scale_breakaway(neutral / start.first().copied().unwrap_or(neutral));
         }
+        if effect == Effect::PositionScale {
+            out.scale_lengths(start[0]);
+        }
         out.parameters.extend(parameters);
         out.values.extend(start);
         out
+    }
+
+    /// Takes a position that reads `factor` times too long out of the values fitted to it. Air and mass do not tell it from
+    /// larger volumes and flows and a smaller mass; only tolerances and the end stops do. A fit would have to change all of
+    /// them in step.
+    fn scale_lengths(&mut self, factor: f64) {
+        for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
+            let by = match parameter.slot {
+                Slot::Nominal(key) => match key.path {
+                    "valve.fill_coefficient_kg_per_s_pa"
+                    | "valve.exhaust_coefficient_kg_per_s_pa"
+                    | "cylinder.volume_a0_m3"
+                    | "cylinder.volume_b0_m3" => 1.0 / factor,
+                    "load.mass_kg" | "friction.viscous_n_s_per_m" => factor,
+                    _ => 1.0,
+                },
+                Slot::Effect(effect, index) => match (effect, index) {
+                    (
+                        Effect::FillCoefficient
+                        | Effect::ExhaustCoefficient
+                        | Effect::LeakChamberA
+                        | Effect::LeakChamberB
+                        | Effect::LeakCrossPiston
+                        | Effect::DeadVolume,
+                        _,
+                    )
+                    | (Effect::FrictionPosition, 2) => 1.0 / factor,
+                    (Effect::PayloadMass | Effect::ViscousFriction, _) | (Effect::SupplyDroop, 0) => factor,
+                    _ => 1.0,
+                },
+                Slot::Term(_) => 1.0,
+            };
+            *value = (*value * by).clamp(parameter.min, parameter.max);
+        }
     }
 
     /// Multiplies the nominal breakaway force, which a friction level carries with it, as far as its bounds allow.
@@ -364,6 +404,9 @@ impl Hypothesis {
         let removed = self.values_of(effect).first().copied();
         if let (Effect::CoulombFriction, Some(scale)) = (effect, removed) {
             out.scale_breakaway(scale);
+        }
+        if let (Effect::PositionScale, Some(scale)) = (effect, removed) {
+            out.scale_lengths(1.0 / scale);
         }
         for parameter in nominal {
             let Slot::Nominal(key) = parameter.slot else { continue };

@@ -1,5 +1,6 @@
 //! The log made ready: usable samples, uninterrupted stretches, the part held back, noise levels, smoothed signals.
 
+use crate::balance::motion;
 use crate::balance::motion::velocity_error;
 use crate::noise::{self, ChannelNoise};
 use crate::smooth::{Smoothed, parabola, slopes};
@@ -127,6 +128,8 @@ pub(crate) struct Record {
     pub(crate) end_stops_m: [Option<f64>; 2],
     /// Whether the piston may touch an end stop, or the sensor its limit: there the force balance is open.
     pub(crate) at_end: Vec<bool>,
+    /// Bandwidth of the position observer, rad/s.
+    pub(crate) observer_rad_per_s: f64,
     /// One over the standard deviation of what a perfect prediction of p_a would miss, 1/Pa.
     pub(crate) weight_a_per_pa: Vec<f64>,
     /// The same for p_b.
@@ -170,6 +173,7 @@ impl Record {
         record.divide();
         record.estimate_noise();
         record.smooth();
+        record.observer_rad_per_s = motion::bandwidth(&record.quality, rig);
         record.end_stops_m = record.find_end_stops(&rig.rig);
         record.weigh(rig);
         record.mark_ends(rig);
@@ -190,6 +194,7 @@ impl Record {
             stretches: vec![Stretch { start: 0, end: range.len(), held_back: true }],
             available: self.available,
             quality: self.quality.clone(),
+            observer_rad_per_s: self.observer_rad_per_s,
             ..Self::default()
         };
         out.smooth();

@@ -24,6 +24,8 @@ const RELEVANT: f64 = 0.008;
 /// And this part of what is left over there: breakaways a little early or late make the cost rugged, and everything
 /// that moves them gains or loses by chance.
 const RELEVANT_REST: f64 = 0.05;
+/// What takes mass and friction along with it moves more breakaways.
+const RELEVANT_REST_IN_STEP: f64 = 0.5;
 /// Standard errors that a cause's parameter must be away from neutral.
 const SURE: f64 = 4.0;
 /// A cause that gains this many times what it must is there whatever its standard error.
@@ -102,10 +104,16 @@ pub(crate) struct Found {
 /// What an effect must gain in a fit: enough against chance, and enough to matter in the channels it acts on, beside
 /// their noise and beside what the fit leaves over there.
 fn gate(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
-    let channels = hypothesis::channels(effect) & problem.judgeable & !Channel::Supply.bit();
+    // Air does not tell a scale of lengths from other values, see `Hypothesis::scale_lengths`.
+    let (shows, rest) = if moves_in_step(effect) {
+        (Channel::Position.bit(), RELEVANT_REST_IN_STEP)
+    } else {
+        (hypothesis::channels(effect), RELEVANT_REST)
+    };
+    let channels = shows & problem.judgeable & !Channel::Supply.bit();
     let noise = problem.noise_cost(channels);
     let left = (fit.cost_in(problem, channels) - noise).max(0.0);
-    charge(effect).max(RELEVANT * noise).max(RELEVANT_REST * left)
+    charge(effect).max(RELEVANT * noise).max(rest * left)
 }
 
 /// How much less than it should an effect gains in a fit beside the fit without it; negative if it gains enough. What it
@@ -211,6 +219,10 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
             std::iter::once(neutral.clone()).chain(moved).collect()
         }
         Effect::SupplyDroop => vec![vec![neutral[0], 0.03], vec![neutral[0], 0.2]],
+        // What it changes, other values can change as well, all in step: the cost is a long, narrow, bent valley.
+        Effect::PositionScale => {
+            (-10..=10).map(|percent| vec![neutral[0] * (1.0 + 0.01 * f64::from(percent))]).collect()
+        }
         Effect::FrictionPosition => {
             let mut all = vec![neutral.clone()];
             // The wavelength shows only once there is a ripple, and its valley is narrow where there are many waves.
@@ -233,6 +245,11 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
             values.into_iter().map(|value| vec![value]).collect()
         }
     }
+}
+
+/// Whether an effect takes nominal values along with it, so that they start neither anew nor where they are.
+fn moves_in_step(effect: Effect) -> bool {
+    effect == Effect::PositionScale
 }
 
 /// Breakaway forces to start from. Where a piston sticks and slips, each breakaway that comes at another moment puts a wall
@@ -311,7 +328,8 @@ fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>) -> Vec<Cand
     // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
     if let Some((fit, slopes)) = &ground.relaxed {
         let strained = from.hypothesis.strained();
-        let acting: Vec<usize> = (0..open.len()).filter(|k| hypothesis::channels(open[*k].0) & strained != 0).collect();
+        let acting = |k: &usize| hypothesis::channels(open[*k].0) & strained != 0 && !moves_in_step(open[*k].0);
+        let acting: Vec<usize> = (0..open.len()).filter(acting).collect();
         let beside = |k: &usize| {
             let (effect, start) = &open[*k];
             fit.hypothesis.beside(*effect, problem.parameters(*effect), start)
@@ -403,7 +421,11 @@ fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
-            let ways: &[bool] = if strained & hypothesis::channels(*effect) == 0 { &[true] } else { &[true, false] };
+            let ways: &[bool] = match strained & hypothesis::channels(*effect) {
+                _ if moves_in_step(*effect) => &[false],
+                0 => &[true],
+                _ => &[true, false],
+            };
             let begin = |anew: &bool| {
                 let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
                 let slopes = ground.slopes(*anew);

@@ -1,8 +1,9 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
-use crate::record::{Record, Stretch};
+use crate::record::{Quality, Record, Stretch};
 use plant_model::friction::Response;
-use plant_model::{Plant, State};
+use plant_model::{Effect, Plant, State};
+use rig_files::RigFile;
 
 /// The first part of every stretch, s, during which the prediction settles and is not counted.
 const SETTLING_S: f64 = 0.1;
@@ -21,13 +22,14 @@ fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
     slower.abs() < at_rest && faster.abs() > 2.0 * at_rest
 }
 
-/// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute alike.
-pub(crate) fn bandwidth(record: &Record, plant: &Plant<f64>) -> f64 {
-    let c = plant.coefficients();
-    let q = &record.quality;
-    let pressure = q.pressure_a.standard_deviation.hypot(q.pressure_b.standard_deviation).max(50.0);
-    let acceleration = c.area_m2 * pressure / c.mass_kg;
-    let position = q.position.standard_deviation.max(1.0e-6);
+/// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute alike on the rig as stated. It
+/// is the same for all models, or one with a larger mass would follow the measurement less and seem noisier.
+pub(crate) fn bandwidth(quality: &Quality, rig: &RigFile) -> f64 {
+    let mass = rig.effects.get(Effect::PayloadMass).and_then(|values| values.first().copied());
+    let mass_kg = mass.unwrap_or(rig.rig.load.mass_kg);
+    let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);
+    let acceleration = rig.rig.cylinder.area_m2 * pressure / mass_kg;
+    let position = quality.position.standard_deviation.max(1.0e-6);
     (acceleration / position).sqrt().clamp(15.0, 80.0)
 }
 
@@ -37,7 +39,7 @@ pub(crate) fn bandwidth(record: &Record, plant: &Plant<f64>) -> f64 {
 pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], stretches: &[Stretch]) -> Vec<f64> {
     let c = plant.coefficients();
     let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(1.0e-7);
-    let omega = bandwidth(record, plant);
+    let omega = record.observer_rad_per_s;
     let at_rest = REST_SIGMAS * velocity_error(record);
     let driving = |stretch: &Stretch, k: usize| driving(record, plant, added_n, stretch, k);
     let mut out = Vec::new();
