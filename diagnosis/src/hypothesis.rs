@@ -270,12 +270,17 @@ impl Hypothesis {
     pub(crate) fn beside(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
         let mut out = self.clone();
         out.effects.push(effect);
-        if effect == Effect::PositionScale {
-            out.scale_lengths(start[0]);
-        }
+        out.take_along(effect, &parameters, start);
         out.parameters.extend(parameters);
         out.values.extend(start);
         out
+    }
+
+    /// Moves what has to move with an effect that is about to be added at some values.
+    fn take_along(&mut self, effect: Effect, parameters: &[Parameter], start: &[f64]) {
+        if let (Effect::PositionScale, Some(parameter), Some(scale)) = (effect, parameters.first(), start.first()) {
+            self.scale_lengths(scale / parameter.neutral);
+        }
     }
 
     /// The same with one more term outside the catalogue, at no strength.
@@ -340,9 +345,7 @@ impl Hypothesis {
             let neutral = parameters.first().map_or(1.0, |p| p.neutral);
             out.scale_breakaway(neutral / start.first().copied().unwrap_or(neutral));
         }
-        if effect == Effect::PositionScale {
-            out.scale_lengths(start[0]);
-        }
+        out.take_along(effect, &parameters, &start);
         out.parameters.extend(parameters);
         out.values.extend(start);
         out
@@ -402,11 +405,12 @@ impl Hypothesis {
             }
         }
         let removed = self.values_of(effect).first().copied();
+        let neutral = self.parameters.iter().find(|p| p.slot == Slot::Effect(effect, 0)).map(|p| p.neutral);
         if let (Effect::CoulombFriction, Some(scale)) = (effect, removed) {
             out.scale_breakaway(scale);
         }
-        if let (Effect::PositionScale, Some(scale)) = (effect, removed) {
-            out.scale_lengths(1.0 / scale);
+        if let (Effect::PositionScale, Some(scale), Some(neutral)) = (effect, removed, neutral) {
+            out.scale_lengths(neutral / scale);
         }
         for parameter in nominal {
             let Slot::Nominal(key) = parameter.slot else { continue };

@@ -78,14 +78,14 @@ struct Explored {
 }
 
 impl Memory {
-    /// What is known of extending a fit: another with the same causes, and no worse, was extended before.
+    /// What is known of extending a fit: another with the same causes, and no worse, was extended before. The last counts.
     fn extensions(&self, problem: &Problem<'_>, from: &Fit) -> Option<&Explored> {
         let effects = &from.hypothesis.effects;
         let same = |known: &Fit| {
             known.hypothesis.effects.len() == effects.len()
                 && known.hypothesis.effects.iter().all(|effect| effects.contains(effect))
         };
-        self.explored.iter().find(|e| same(&e.from) && e.from.cost(problem) < from.cost(problem) + SAME)
+        self.explored.iter().rev().find(|e| same(&e.from) && e.from.cost(problem) < from.cost(problem) + SAME)
     }
 }
 
@@ -221,7 +221,9 @@ fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
         Effect::SupplyDroop => vec![vec![neutral[0], 0.03], vec![neutral[0], 0.2]],
         // What it changes, other values can change as well, all in step: the cost is a long, narrow, bent valley.
         Effect::PositionScale => {
-            (-10..=10).map(|percent| vec![neutral[0] * (1.0 + 0.01 * f64::from(percent))]).collect()
+            let parameter = problem.parameters(effect)[0];
+            let at = |percent: i32| neutral[0] * (1.0 + 0.01 * f64::from(percent));
+            (-10..=10).map(|percent| vec![at(percent).clamp(parameter.min, parameter.max)]).collect()
         }
         Effect::FrictionPosition => {
             let mut all = vec![neutral.clone()];
@@ -382,6 +384,7 @@ fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
     fits
 }
 
+/// Extensions found anew.
 fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried>) -> Vec<Fit> {
     let Some(ground) = Ground::new(problem, from) else { return Vec::new() };
     let mut candidates = promising(problem, from, &ground);
@@ -421,10 +424,12 @@ fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
-            let ways: &[bool] = match strained & hypothesis::channels(*effect) {
-                _ if moves_in_step(*effect) => &[false],
-                0 => &[true],
-                _ => &[true, false],
+            let ways: &[bool] = if moves_in_step(*effect) {
+                &[false]
+            } else if strained & hypothesis::channels(*effect) == 0 {
+                &[true]
+            } else {
+                &[true, false]
             };
             let begin = |anew: &bool| {
                 let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
