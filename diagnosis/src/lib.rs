@@ -30,6 +30,7 @@ mod ripple;
 mod rugged;
 mod search;
 mod smooth;
+mod starts;
 mod terms;
 
 pub use balance::Channel;
