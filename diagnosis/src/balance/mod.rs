@@ -134,7 +134,10 @@ pub(crate) fn innovations(
         }
     }
     if wanted & Channel::Position.bit() != 0 {
-        out.channels[Channel::Position as usize] = motion::innovations(record, plant, &added.force_n, stretches);
+        let timing = motion::Timing::of(plant);
+        let forces = signals.forces.of((timing, stretches.to_vec()), || motion::forces(record, &timing, stretches));
+        out.channels[Channel::Position as usize] =
+            motion::innovations(record, plant, &forces, &added.force_n, stretches);
     }
     out
 }

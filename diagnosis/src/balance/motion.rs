@@ -1,6 +1,7 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
-use crate::record::{Quality, Record, Stretch};
+use crate::record::{Moment, Quality, Record, Stretch};
+use crate::smooth::Smoothed;
 use plant_model::friction::Response;
 use plant_model::{Effect, Plant, State};
 use rig_files::RigFile;
@@ -35,15 +36,31 @@ pub(crate) fn bandwidth(quality: &Quality, rig: &RigFile) -> f64 {
 
 /// Prediction errors of the position in units of its noise.
 ///
-/// `added_n` is a force beside the model's, by sample, opposing positive motion; empty for none.
-pub(crate) fn innovations(record: &Record, plant: &Plant<f64>, added_n: &[f64], stretches: &[Stretch]) -> Vec<f64> {
+/// `forces` are those within the stretches; `added_n` is a force beside the model's, by sample, opposing positive motion;
+/// empty for none.
+pub(crate) fn innovations(
+    record: &Record,
+    plant: &Plant<f64>,
+    forces: &Forces,
+    added_n: &[f64],
+    stretches: &[Stretch],
+) -> Vec<f64> {
     let c = plant.coefficients();
     let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(1.0e-7);
     let omega = record.observer_rad_per_s;
     let at_rest = REST_SIGMAS * velocity_error(record);
-    let driving = |stretch: &Stretch, k: usize| driving(record, plant, added_n, stretch, k);
-    let mut out = Vec::new();
+    let timing = Timing::of(plant);
+    let mut out = Vec::with_capacity(forces.p_a_pa.len());
     for stretch in stretches {
+        let first = out.len();
+        let driving = |stretch: &Stretch, k: usize| {
+            let added = if added_n.is_empty() {
+                0.0
+            } else {
+                timing.moment(record, stretch, k).map_or_else(|| added_n[k], |moment| moment.of(added_n))
+            };
+            driving(plant, forces, first + k - stretch.start, added)
+        };
         let settled = record.t_s[stretch.start] + SETTLING_S;
         let mut force = driving(stretch, stretch.start);
         let mut piston = Piston::start(record, plant, &force, stretch.start);
@@ -102,6 +119,12 @@ const FULLY_BENT: f64 = 0.97;
 const BEND_STEP: f64 = 0.2;
 /// Most parts an interval is divided into.
 const MOST_PARTS: f64 = 40.0;
+/// A piston faster than this many Stribeck velocities that moves by the bristles' range within an interval slides: the
+/// bristles follow the sliding force as it is, if that changes within an interval by no more than this part of it …
+const SLIDING: f64 = 3.0;
+const GENTLE: f64 = 0.1;
+/// … or the piston moves by this many times their range, after which it does not matter how they were bent before.
+const FAR: f64 = 5.0;
 /// Static friction can hold the bristles beyond the sliding limit of the moment, but never this far.
 const BRISTLE_BACKSTOP: f64 = 3.0;
 
@@ -124,18 +147,64 @@ impl Driving {
     }
 }
 
-/// True pressures as the sensors' model says, and the force they make. A late position is compared with late pressures.
-fn driving(record: &Record, plant: &Plant<f64>, added_n: &[f64], stretch: &Stretch, k: usize) -> Driving {
+/// What the sensors' lags make of the measured pressures.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Timing {
+    pressure_lag_s: f64,
+    position_delay_s: f64,
+}
+
+impl Timing {
+    pub(crate) fn of(plant: &Plant<f64>) -> Self {
+        let c = plant.coefficients();
+        Self { pressure_lag_s: c.pressure_time_constant_s, position_delay_s: c.position_delay_s }
+    }
+
+    /// Where to read what was true when the position was that of a sample: a late one is compared with late pressures.
+    fn moment(&self, record: &Record, stretch: &Stretch, k: usize) -> Option<Moment> {
+        (self.position_delay_s > 0.0).then(|| record.moment(k, -self.position_delay_s, stretch.range()))
+    }
+}
+
+/// Forces and pressures at the samples of some stretches, in order, sensors' offsets included.
+pub(crate) struct Forces {
+    p_a_pa: Vec<f64>,
+    p_b_pa: Vec<f64>,
+    /// Empty if not measured.
+    external_n: Vec<f64>,
+}
+
+/// The pressures as the sensors' model says, and the measured force, within some stretches.
+pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) -> Forces {
+    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
+    let measured = if record.available.force { count } else { 0 };
+    let mut out = Forces {
+        p_a_pa: Vec::with_capacity(count),
+        p_b_pa: Vec::with_capacity(count),
+        external_n: Vec::with_capacity(measured),
+    };
+    for stretch in stretches {
+        for k in stretch.range() {
+            let late = timing.moment(record, stretch, k);
+            let at = |x: &[f64]| late.as_ref().map_or_else(|| x[k], |moment| moment.of(x));
+            let pressure = |smooth: &Smoothed| at(&smooth.value) + timing.pressure_lag_s * at(&smooth.slope);
+            out.p_a_pa.push(pressure(&record.p_a_smooth));
+            out.p_b_pa.push(pressure(&record.p_b_smooth));
+            if measured > 0 {
+                out.external_n.push(at(&record.f_ext_n));
+            }
+        }
+    }
+    out
+}
+
+/// What drives the piston at sample `k` of a stretch, which is number `place` of the forces.
+fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, added_n: f64) -> Driving {
     let c = plant.coefficients();
-    let (a, b) = (&record.p_a_smooth, &record.p_b_smooth);
-    let late = (c.position_delay_s > 0.0).then(|| record.moment(k, -c.position_delay_s, stretch.range()));
-    let at = |x: &[f64]| late.map_or_else(|| x[k], |moment| moment.of(x));
-    let lag = c.pressure_time_constant_s;
-    let p_a_pa = at(&a.value) + lag * at(&a.slope) - c.pressure_a_offset_pa;
-    let p_b_pa = at(&b.value) + lag * at(&b.slope) - c.pressure_b_offset_pa;
-    let external = if record.available.force { at(&record.f_ext_n) } else { 0.0 };
-    let added = if added_n.is_empty() { 0.0 } else { at(added_n) };
-    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n - added + external, p_a_pa, p_b_pa }
+    let p_a_pa = forces.p_a_pa[place] - c.pressure_a_offset_pa;
+    let p_b_pa = forces.p_b_pa[place] - c.pressure_b_offset_pa;
+    let external = forces.external_n.get(place).copied().unwrap_or(0.0);
+    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n - added_n + external, p_a_pa, p_b_pa }
 }
 
 /// Position, velocity and bristle deflection.
@@ -171,6 +240,10 @@ impl Piston {
             self.part(plant, drive, &plant.friction_at(&self.state(drive)), dt);
             return;
         }
+        if let Some(after) = self.slid(plant, drive, dt) {
+            *self = after;
+            return;
+        }
         let mut level = plant.friction_level(&self.state(drive));
         let limit = level.force_n / c.stiffness;
         let bending = self.z * self.v.signum() < FULLY_BENT * limit;
@@ -185,6 +258,45 @@ impl Piston {
         }
         // A backstop only: the model itself keeps the bristles within the limit.
         self.z = self.z.clamp(-BRISTLE_BACKSTOP * limit, BRISTLE_BACKSTOP * limit);
+    }
+
+    /// One interval of sliding, by the trapezoidal rule: bristles that run through their whole range hold the sliding
+    /// force. `None` if the piston does not slide from beginning to end.
+    fn slid(&self, plant: &Plant<f64>, drive: &Driving, dt: f64) -> Option<Self> {
+        let c = plant.coefficients();
+        let direction = self.v.signum();
+        let fast = |v: f64| v * direction * plant.friction().inverse_stribeck_velocity > SLIDING;
+        if !fast(self.v) {
+            return None;
+        }
+        let half = 0.5 * dt / c.mass_kg;
+        let damping = half * c.viscous;
+        let ends = |friction_n: f64| {
+            ((1.0 - damping) * self.v + 2.0 * half * (drive.force_n - direction * friction_n)) / (1.0 + damping)
+        };
+        let moved = |v: f64| Self { y: self.y + 0.5 * dt * (self.v + v), v, z: self.z };
+        let before_n = c.stiffness * self.z * direction;
+        let after_n = plant.friction_level(&moved(ends(before_n)).state(drive)).force_n;
+        let bending = c.damping * (after_n - before_n) / (c.stiffness * dt);
+        let gentle = (after_n - before_n).abs() <= GENTLE * after_n;
+        let v = ends(if gentle { 0.5 * (before_n + after_n) + bending } else { after_n });
+        // How often the bristles run through their range.
+        let ranges = self.v.abs().min(v * direction) * dt * c.stiffness / after_n;
+        if !fast(v) || ranges < if gentle { 1.0 } else { FAR } {
+            return None;
+        }
+        let mut after = moved(v);
+        after.z = direction * after_n / c.stiffness;
+        after.stop_at_ends(c.half_stroke_m);
+        Some(after)
+    }
+
+    /// An end stop takes the velocity away.
+    fn stop_at_ends(&mut self, limit: f64) {
+        if self.y.abs() > limit && self.v * self.y > 0.0 {
+            self.y = self.y.clamp(-limit, limit);
+            self.v = 0.0;
+        }
     }
 
     /// As the plant model knows it.
@@ -222,11 +334,7 @@ impl Piston {
         self.z += dt * (1.5 * k1.1 + 0.5 * k2.1);
         self.y += 0.5 * dt * (self.v + v);
         self.v = v;
-        let limit = c.half_stroke_m;
-        if self.y.abs() > limit && self.v * self.y > 0.0 {
-            self.y = self.y.clamp(-limit, limit);
-            self.v = 0.0;
-        }
+        self.stop_at_ends(c.half_stroke_m);
     }
 }
 
@@ -244,4 +352,44 @@ pub(crate) fn velocity_error(record: &Record) -> f64 {
     let m = 15.0;
     let spread: f64 = 3.0 / (m * (m + 1.0) * (2.0 * m + 1.0));
     record.quality.position.standard_deviation * spread.sqrt() / record.quality.interval_s.max(1.0e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A stroke of 0.6 s against friction that ripples, driven by a force that turns round.
+    fn stroke(v_m_per_s: f64, advance: impl Fn(&mut Piston, &Plant<f64>, &Driving)) -> (Vec<[f64; 2]>, usize) {
+        let mut file = RigFile::paper_a();
+        file.effects.set(Effect::FrictionPosition, &[0.2, 0.4, 0.02]);
+        let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
+        let level_n = plant.friction_level(&State { v_m_per_s, ..State::default() }).force_n;
+        let mut piston = Piston { y: 0.0, v: v_m_per_s, z: level_n / plant.coefficients().stiffness };
+        let (mut out, mut slid) = (Vec::new(), 0);
+        for k in 0..600 {
+            let force_n = 40.0 + 90.0 * (0.02 * f64::from(k)).cos();
+            let drive = Driving { force_n, p_a_pa: 4.0e5, p_b_pa: 3.5e5 };
+            slid += usize::from(piston.slid(&plant, &drive, 1.0e-3).is_some());
+            advance(&mut piston, &plant, &drive);
+            out.push([piston.y, piston.v]);
+        }
+        (out, slid)
+    }
+
+    #[test]
+    fn sliding_with_bent_bristles_is_what_resolved_bristles_do() {
+        let (fast, slid) = stroke(0.25, |piston, plant, drive| piston.step(plant, drive, 1.0e-3));
+        let (resolved, _) = stroke(0.25, |piston, plant, drive| {
+            for _ in 0..500 {
+                let first = plant.friction_at(&piston.state(drive));
+                piston.part(plant, drive, &first, 2.0e-6);
+            }
+        });
+        // Both ways of stepping took part.
+        assert!((100..550).contains(&slid), "{slid}");
+        for (k, ([y, v], [y_resolved, v_resolved])) in fast.iter().zip(&resolved).enumerate() {
+            assert!((y - y_resolved).abs() < 1.0e-4, "{k}: {y} {y_resolved}");
+            assert!((v - v_resolved).abs() < 5.0e-4, "{k}: {v} {v_resolved}");
+        }
+    }
 }

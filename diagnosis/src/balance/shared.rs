@@ -2,6 +2,7 @@
 
 use super::chamber::{Geometry, Strokes};
 use super::command::Path;
+use super::motion::{Forces, Timing};
 use crate::record::Stretch;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,6 +16,8 @@ pub(crate) struct Signals {
     pub(super) openings: Shared<Path, Vec<f64>>,
     /// What the piston's motion does to the chambers' air in some stretches.
     pub(super) strokes: Shared<(Geometry, Vec<Stretch>), Strokes>,
+    /// Forces and pressures on the piston in some stretches.
+    pub(super) forces: Shared<(Timing, Vec<Stretch>), Forces>,
 }
 
 /// Values by key, the least recently used one forgotten.
