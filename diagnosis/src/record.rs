@@ -4,6 +4,7 @@ use crate::balance::motion;
 use crate::balance::motion::velocity_error;
 use crate::noise::{self, ChannelNoise};
 use crate::smooth::{Smoothed, parabola, slopes};
+use core::ops::Range;
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
 use rig_files::{Log, RigFile};
 use serde::Serialize;
@@ -36,10 +37,17 @@ const NEAR_END: f64 = 0.15;
 /// Fewer samples against a stop tell nothing of where it is.
 const LEAST_LEANING: usize = 50;
 
-/// A position reading that repeats the log's lowest or highest value this often in a row is at its limit …
-const RAILED: usize = 20;
-/// … if noise, in smallest steps, would else have moved it.
-const MOVED_BY_NOISE: f64 = 0.6;
+/// A reading that repeats the log's lowest or highest value often enough in a row is at the sensor's limit, if noise would
+/// else have moved it.
+struct Railed {
+    /// Samples in a row.
+    in_a_row: usize,
+    /// Least noise, in smallest steps.
+    moved_by: f64,
+}
+const RAILED_POSITION: Railed = Railed { in_a_row: 20, moved_by: 0.6 };
+/// Pressures peak for a moment only.
+const RAILED_PRESSURE: Railed = Railed { in_a_row: 8, moved_by: 1.5 };
 
 /// Consecutive samples without interruption, all for fitting or all held back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +58,7 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
-    pub(crate) fn range(&self) -> core::ops::Range<usize> {
+    pub(crate) fn range(&self) -> Range<usize> {
         self.start..self.end
     }
 }
@@ -126,7 +134,7 @@ pub(crate) struct Record {
     pub(crate) p_b_smooth: Smoothed,
     /// Where the lower and the upper end stop read, m, if the piston leans on them.
     pub(crate) end_stops_m: [Option<f64>; 2],
-    /// Whether the piston may touch an end stop, or the sensor its limit: there the force balance is open.
+    /// Whether the piston may touch an end stop, or a sensor its limit: there the force balance is open.
     pub(crate) at_end: Vec<bool>,
     /// Bandwidth of the position observer, rad/s.
     pub(crate) observer_rad_per_s: f64,
@@ -181,7 +189,7 @@ impl Record {
     }
 
     /// A part of the recording with another position and other chamber pressures in the place of the measured ones.
-    pub(crate) fn replaced(&self, range: core::ops::Range<usize>, [y_m, p_a_pa, p_b_pa]: [Vec<f64>; 3]) -> Self {
+    pub(crate) fn replaced(&self, range: Range<usize>, [y_m, p_a_pa, p_b_pa]: [Vec<f64>; 3]) -> Self {
         let part = |signal: &[f64]| if signal.is_empty() { Vec::new() } else { signal[range.clone()].to_vec() };
         let mut out = Self {
             t_s: part(&self.t_s),
@@ -212,7 +220,7 @@ impl Record {
     }
 
     /// Where the time `by_s` after (before, if negative) sample `k` lies within some samples.
-    pub(crate) fn moment(&self, k: usize, by_s: f64, within: core::ops::Range<usize>) -> Moment {
+    pub(crate) fn moment(&self, k: usize, by_s: f64, within: Range<usize>) -> Moment {
         let t_s = self.t_s[k] + by_s;
         let guess = k as f64 + by_s / self.quality.interval_s.max(1.0e-9);
         let last = within.end.saturating_sub(1).max(within.start);
@@ -302,8 +310,14 @@ impl Record {
             (y_smooth, motion, p_a, p_b, p_sup);
     }
 
-    /// Marks samples at the end stops or at the limits of the position converter, and what follows shortly after.
+    /// Marks samples at the end stops or at the limits of the sensors, and what follows shortly after.
     fn mark_ends(&mut self, rig: &RigFile) {
+        self.at_end = vec![false; self.len()];
+        for (signal, noise) in [(&self.p_a_pa, self.quality.pressure_a), (&self.p_b_pa, self.quality.pressure_b)] {
+            for railed in railed(signal, noise, &RAILED_PRESSURE) {
+                self.at_end[around(&railed, 2 * PRESSURE_REACH, self.t_s.len())].fill(true);
+            }
+        }
         let half = 0.5 * rig.rig.cylinder.stroke_m;
         let [low, high] = rig.io.position_range_m;
         let margin = 5.0 * self.quality.position.standard_deviation;
@@ -312,7 +326,6 @@ impl Record {
         let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
         let lasting = (END_LASTING_S / self.quality.interval_s.max(1.0e-6)).ceil() as usize;
         let at_end: Vec<usize> = (0..self.len()).filter(|&k| self.y_m[k] <= low || self.y_m[k] >= high).collect();
-        self.at_end = vec![false; self.len()];
         // A log of positions that never come near the middle has another zero than the rig file; then no end is known.
         if at_end.len() * 2 > self.len() {
             return;
@@ -367,42 +380,56 @@ impl Record {
         let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
         let mut weight_a = weights(&self.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2, "cylinder.volume_a0_m3");
         let mut weight_b = weights(&self.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2, "cylinder.volume_b0_m3");
-        for railed in self.railed() {
-            // What smoothing spreads is unknown as well.
-            let around = railed.start.saturating_sub(VOLUME_REACH)..(railed.end + VOLUME_REACH).min(self.len());
+        // Where the piston is at the position sensor's limit, how large the chambers are is unknown.
+        for railed in railed(&self.y_m, quality.position, &RAILED_POSITION) {
             for weight in [&mut weight_a, &mut weight_b] {
-                if let Some(part) = weight.get_mut(around.clone()) {
-                    part.fill(0.0);
-                }
+                self.blank(weight, &railed);
+            }
+        }
+        for (weight, signal, noise) in
+            [(&mut weight_a, &self.p_a_pa, quality.pressure_a), (&mut weight_b, &self.p_b_pa, quality.pressure_b)]
+        {
+            for railed in railed(signal, noise, &RAILED_PRESSURE) {
+                self.blank(weight, &railed);
             }
         }
         (self.weight_a_per_pa, self.weight_b_per_pa) = (weight_a, weight_b);
     }
 
-    /// Samples at which the position sensor is at its limit: where the piston truly is, and how large the chambers are,
-    /// is unknown there.
-    fn railed(&self) -> Vec<core::ops::Range<usize>> {
-        let noise = &self.quality.position;
-        if noise.standard_deviation < MOVED_BY_NOISE * noise.resolution {
-            return Vec::new();
+    /// Takes the weight from some samples, and from those to which smoothing spreads what is unknown there.
+    fn blank(&self, weight: &mut [f64], railed: &Range<usize>) {
+        if let Some(part) = weight.get_mut(around(railed, VOLUME_REACH, self.len())) {
+            part.fill(0.0);
         }
-        let (low, high) = self.y_m.iter().fold((f64::MAX, f64::MIN), |(low, high), y| (low.min(*y), high.max(*y)));
-        let mut start = 0;
-        let runs = self.y_m.chunk_by(|a, b| a == b).map(|run| {
-            start += run.len();
-            (start - run.len()..start, run[0])
-        });
-        runs.filter(|(run, y)| run.len() >= RAILED && (*y == low || *y == high)).map(|(run, _)| run).collect()
     }
 
     /// All samples, cut where a stretch starts or ends.
-    fn pieces(&self) -> Vec<core::ops::Range<usize>> {
+    fn pieces(&self) -> Vec<Range<usize>> {
         let mut cuts: Vec<usize> = self.stretches.iter().flat_map(|s| [s.start, s.end]).collect();
         cuts.extend([0, self.len()]);
         cuts.sort_unstable();
         cuts.dedup();
         cuts.windows(2).map(|w| w[0]..w[1]).collect()
     }
+}
+
+/// Samples at which a signal is at its sensor's limit: what it would have been is unknown there.
+fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<usize>> {
+    if noise.standard_deviation < at_limit.moved_by * noise.resolution {
+        return Vec::new();
+    }
+    let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    let mut start = 0;
+    let runs = signal.chunk_by(|a, b| a == b).map(|run| {
+        start += run.len();
+        (start - run.len()..start, run[0])
+    });
+    runs.filter(|(run, x)| run.len() >= at_limit.in_a_row && (*x == low || *x == high)).map(|(run, _)| run).collect()
+}
+
+/// Some samples and those near them.
+fn around(samples: &Range<usize>, reach: usize, len: usize) -> Range<usize> {
+    samples.start.saturating_sub(reach)..(samples.end + reach).min(len)
 }
 
 #[cfg(test)]
@@ -461,6 +488,25 @@ mod tests {
                 assert!(record.weight_a_per_pa[k] > 0.0 && record.weight_b_per_pa[k] > 0.0, "{}", record.t_s[k]);
             }
         }
+    }
+
+    #[test]
+    fn nothing_is_judged_while_a_pressure_sensor_is_at_its_limit() {
+        // The pressure of A peaks above what its sensor reads for a moment at a time.
+        let truly = |t: f64| 5.0e5 + 5.05e5 * (2.0 * t).sin().powi(31);
+        let mut log = log(0.0, |t| 0.3 * t.sin(), |t| [truly(t), 3.0e5]);
+        log.p_a_pa.iter_mut().flatten().for_each(|p| *p = p.min(1.0e6));
+        let record = Record::new(&log, &RigFile::paper_a());
+        let mut seen = 0;
+        for k in 20..record.len() - 20 {
+            if truly(record.t_s[k]) > 1.0e6 + 600.0 {
+                assert!(record.at_end[k] && record.weight_a_per_pa[k] == 0.0, "{}", record.t_s[k]);
+                seen += 1;
+            }
+            assert!(record.weight_b_per_pa[k] > 0.0);
+        }
+        assert!(seen > 100, "{seen}");
+        assert!(record.at_end.iter().filter(|at_end| **at_end).count() < record.len() / 10);
     }
 
     #[test]

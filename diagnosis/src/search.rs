@@ -46,6 +46,9 @@ const EXCHANGES: usize = 2;
 /// An exchange is likelier if the cost falls by this much; so many of them are tried to the end.
 const LIKELIER: f64 = 4.0;
 const MOST_PRUNED: usize = 2;
+/// A balance with this many times the cost of noise is wide open; then as many other first causes are tried.
+const WIDE_OPEN: f64 = 6.0;
+const RESTARTS: usize = 2;
 /// Fits of the same causes are one fit if their costs differ by no more than this.
 const SAME: f64 = 1.0;
 /// The best extensions found before are fitted anew where a channel's dispersion has changed by this factor.
@@ -350,9 +353,11 @@ fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried
             };
             let begin = |anew: &bool| {
                 let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
-                let slopes = ground.slopes(*anew);
-                let fit = ground.thinned.begin(extended, hypothesis::channels(*effect), FIRST_ITERATIONS, slopes)?;
-                problem.judge(fit.hypothesis)
+                let (channels, slopes) = (hypothesis::channels(*effect), ground.slopes(*anew));
+                let fit = ground.thinned.begin(extended, channels, FIRST_ITERATIONS, slopes)?;
+                // What only tolerances tell apart must follow all data closely before they show.
+                let on_all_data = if moves_in_step(*effect) { FIRST_ITERATIONS } else { 0 };
+                problem.refit(fit.hypothesis, channels, on_all_data)
             };
             ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
         })
@@ -411,25 +416,49 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
     }
 }
 
+/// Adds cause after cause to a fit, each time the likeliest that makes the whole likelier, and takes out what becomes
+/// needless.
+fn compose(problem: &Problem<'_>, start: Fit, most: usize, memory: &mut Memory, progress: &dyn Fn(&str)) -> Fit {
+    let mut current = start;
+    while current.hypothesis.effects.len() < most {
+        progress(&format!("causes found: {}", current.hypothesis.effects.len()));
+        // The likeliest may act on so many channels that it matters in none.
+        let enough = |next: &Fit| {
+            next.hypothesis.effects.last().is_some_and(|added| wanting(problem, next, &current, *added) < 0.0)
+        };
+        let fits = extensions(problem, &current, FITTED, memory);
+        let pruned = fits.into_iter().filter(enough).take(MOST_PRUNED).map(|next| prune(problem, next));
+        let before = charged(problem, &current);
+        let Some(next) = pruned.into_iter().find(|next| charged(problem, next) < before) else { break };
+        current = next;
+    }
+    current
+}
+
+/// Whether a fit leaves a balance so far from noise that its causes may be the wrong ones altogether.
+fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
+    let open = |channel: &Channel| fit.cost_in(problem, channel.bit()) > WIDE_OPEN * problem.noise_cost(channel.bit());
+    Channel::ALL.iter().filter(|c| problem.judgeable & c.bit() != 0).any(open)
+}
+
 /// Searches for the causes of the gap. `progress` hears what is being done.
 pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: &dyn Fn(&str)) -> Option<Found> {
     let mut memory = Memory::default();
     progress("nominal model");
     let null = problem.fit(nominal.clone(), ITERATIONS)?;
-    let mut current = null.clone();
-    while current.hypothesis.effects.len() < MOST_CAUSES {
-        progress(&format!("causes found: {}", current.hypothesis.effects.len()));
-        let fits = extensions(problem, &current, FITTED, &mut memory);
-        // The likeliest may act on so many channels that it matters in none.
-        let enough = |next: &Fit| {
-            next.hypothesis.effects.last().is_some_and(|added| wanting(problem, next, &current, *added) < 0.0)
-        };
-        let Some(next) = fits.into_iter().find(enough) else { break };
-        let next = prune(problem, next);
-        if charged(problem, &next) >= charged(problem, &current) {
-            break;
+    let mut current = compose(problem, null.clone(), MOST_CAUSES, &mut memory, progress);
+    // A wrong first cause can make every later one look wrong: then others come first.
+    if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
+        let first: Vec<Fit> = extensions(problem, &null, FITTED, &mut memory);
+        for start in first.into_iter().skip(1).take(RESTARTS) {
+            let other = compose(problem, start, MOST_CAUSES - 1, &mut memory, progress);
+            if charged(problem, &other) < charged(problem, &current) {
+                current = other;
+            }
+            if !wide_open(problem, &current) {
+                break;
+            }
         }
-        current = next;
     }
     // What no hypothesis explains makes every gain less certain.
     problem.dispersion = problem.dispersion_at(&current);
