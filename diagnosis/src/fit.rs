@@ -32,6 +32,9 @@ const SMALL_GAIN: f64 = 0.02;
 
 /// A step that gains less ends a fit: far below what any comparison asks for.
 const CONVERGED: f64 = 0.1;
+/// So many steps in a row that each gain less than this part of what the goal asks for end a fit as well.
+const HOPELESS: f64 = 0.02;
+const HOPELESS_STEPS: usize = 2;
 /// Rounds of searching beside a solution on rugged ground.
 const RUGGED_ROUNDS: usize = 2;
 /// That search takes away no more than this part of what noise does not explain.
@@ -323,14 +326,14 @@ impl<'a> Problem<'a> {
         iterations: usize,
         goal: f64,
     ) -> Option<Fit> {
-        let mut fit = self.refit(hypothesis, changed, iterations)?;
+        let mut fit = self.descend(hypothesis, changed, iterations, goal, None)?;
         for _ in 0..RUGGED_ROUNDS {
             let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
             if fit.cost(self) - MOST_FOUND_BESIDE * left > goal {
                 break;
             }
             let Some(better) = self.beside(&fit, changed) else { break };
-            fit = self.refit(better, changed, iterations)?;
+            fit = self.descend(better, changed, iterations, goal, None)?;
         }
         Some(fit)
     }
@@ -339,7 +342,7 @@ impl<'a> Problem<'a> {
     /// hypothesis' values; those of channels that no parameter ties to the changed ones stay where an earlier fit left
     /// them.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
-        self.descend(hypothesis, changed, iterations, None)
+        self.descend(hypothesis, changed, iterations, f64::INFINITY, None)
     }
 
     /// The first steps of a fit from the neighbourhood of another, with that one's slopes wherever there are any.
@@ -350,7 +353,7 @@ impl<'a> Problem<'a> {
         iterations: usize,
         slopes: &Slopes,
     ) -> Option<Fit> {
-        self.descend(hypothesis, changed, iterations, Some(slopes))
+        self.descend(hypothesis, changed, iterations, f64::INFINITY, Some(slopes))
     }
 
     fn descend(
@@ -358,6 +361,7 @@ impl<'a> Problem<'a> {
         mut hypothesis: Hypothesis,
         changed: Channels,
         iterations: usize,
+        goal: f64,
         slopes: Option<&Slopes>,
     ) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
@@ -372,6 +376,7 @@ impl<'a> Problem<'a> {
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         // After a small step the columns of nominal values serve once more. Only a step with all columns new ends a fit.
         let mut all_new = true;
+        let mut hopeless = 0;
         'iterations: for _ in 0..iterations {
             if hypothesis.parameters.is_empty() {
                 break;
@@ -404,6 +409,10 @@ impl<'a> Problem<'a> {
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
+                    hopeless = if gained < HOPELESS * (cost - goal) { hopeless + 1 } else { 0 };
+                    if hopeless >= HOPELESS_STEPS {
+                        break 'iterations;
+                    }
                     let converged = gained < CONVERGED + 1.0e-6 * cost;
                     if converged && all_new {
                         break 'iterations;

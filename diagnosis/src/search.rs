@@ -1,6 +1,6 @@
 //! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
 
-use crate::balance::Channel;
+use crate::balance::{Channel, Channels};
 use crate::fit::{Fit, Problem, Slopes};
 use crate::hypothesis::{self, Hypothesis, Parameter, Slot};
 use crate::starts::{moves_in_step, starts, starts_fitted};
@@ -77,18 +77,21 @@ struct Explored {
     from: Fit,
     /// Dispersion they were compared with.
     dispersion: [f64; 4],
+    /// Each acts on one of these.
+    acting: Channels,
     fits: Vec<Fit>,
 }
 
 impl Memory {
     /// What is known of extending a fit: another with the same causes, and no worse, was extended before. The last counts.
-    fn extensions(&self, problem: &Problem<'_>, from: &Fit) -> Option<&Explored> {
+    fn extensions(&self, problem: &Problem<'_>, from: &Fit, acting: Channels) -> Option<&Explored> {
         let effects = &from.hypothesis.effects;
         let same = |known: &Fit| {
             known.hypothesis.effects.len() == effects.len()
                 && known.hypothesis.effects.iter().all(|effect| effects.contains(effect))
         };
-        self.explored.iter().rev().find(|e| same(&e.from) && e.from.cost(problem) < from.cost(problem) + SAME)
+        let enough = |e: &Explored| acting & !e.acting == 0 && same(&e.from);
+        self.explored.iter().rev().find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + SAME)
     }
 }
 
@@ -235,11 +238,11 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// The candidates for one more cause, most promising first.
-fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>) -> Vec<Candidate> {
+/// The candidates for one more cause that acts on some channels, most promising first.
+fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>, acting: Channels) -> Vec<Candidate> {
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
         .into_iter()
-        .filter(|e| !from.hypothesis.effects.contains(e))
+        .filter(|e| !from.hypothesis.effects.contains(e) && hypothesis::channels(*e) & acting != 0)
         .flat_map(|e| starts(problem, from, e).into_iter().map(move |start| (e, start)))
         .collect();
     let extended: Vec<Hypothesis> = open
@@ -250,14 +253,14 @@ fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>) -> Vec<Cand
     // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
     if let Some((fit, slopes)) = &ground.relaxed {
         let strained = from.hypothesis.strained();
-        let acting = |k: &usize| hypothesis::channels(open[*k].0) & strained != 0 && !moves_in_step(open[*k].0);
-        let acting: Vec<usize> = (0..open.len()).filter(acting).collect();
+        let relieves = |k: &usize| hypothesis::channels(open[*k].0) & strained != 0 && !moves_in_step(open[*k].0);
+        let relieving: Vec<usize> = (0..open.len()).filter(relieves).collect();
         let beside = |k: &usize| {
             let (effect, start) = &open[*k];
             fit.hypothesis.beside(*effect, problem.parameters(*effect), start)
         };
-        let others = ground.thinned.scores(fit, slopes, &acting.iter().map(beside).collect::<Vec<_>>());
-        acting.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
+        let others = ground.thinned.scores(fit, slopes, &relieving.iter().map(beside).collect::<Vec<_>>());
+        relieving.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
     scores.iter_mut().for_each(|score| *score *= ground.ratio);
     let mut out: Vec<Candidate> = Vec::new();
@@ -276,13 +279,33 @@ fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>) -> Vec<Cand
     out
 }
 
-/// Fits the most promising additions to a hypothesis in full, at most `keep`; the best first.
-fn extensions(problem: &Problem<'_>, from: &Fit, keep: usize, memory: &mut Memory) -> Vec<Fit> {
-    let fits = match memory.extensions(problem, from) {
-        Some(explored) => again(problem, explored),
-        None => explore(problem, from, keep, &mut memory.tried),
+/// Which additions to a fit are wanted.
+struct Wanted {
+    /// They act on one of these.
+    acting: Channels,
+    /// How many are fitted.
+    most: usize,
+    /// A cost above which they are of no use.
+    goal: f64,
+}
+
+impl Wanted {
+    /// Anything that helps.
+    fn any(problem: &Problem<'_>) -> Self {
+        Self { acting: problem.judgeable, most: FITTED, goal: f64::INFINITY }
+    }
+}
+
+/// Fits the most promising additions to a hypothesis; the best first.
+fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
+    let (explored, mut fits) = match memory.extensions(problem, from, wanted.acting) {
+        Some(explored) => (explored.acting, again(problem, explored)),
+        None => (wanted.acting, explore(problem, from, wanted, &mut memory.tried)),
     };
-    memory.explored.push(Explored { from: from.clone(), dispersion: problem.dispersion, fits: fits.clone() });
+    let dispersion = problem.dispersion;
+    memory.explored.push(Explored { from: from.clone(), dispersion, acting: explored, fits: fits.clone() });
+    let acts = |effect: &Effect| hypothesis::channels(*effect) & wanted.acting != 0;
+    fits.retain(|fit| fit.hypothesis.effects.last().is_some_and(acts));
     fits
 }
 
@@ -305,18 +328,18 @@ fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
 }
 
 /// Extensions found anew.
-fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried>) -> Vec<Fit> {
+fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<Tried>) -> Vec<Fit> {
     let Some(ground) = Ground::new(problem, from) else { return Vec::new() };
-    let mut candidates = promising(problem, from, &ground);
+    let mut candidates = promising(problem, from, &ground, wanted.acting);
     let base = from.cost(problem);
     let worth = |c: &Candidate| c.predicted > PROMISING * gate(problem, from, c.effect);
-    let mut count = candidates.iter().take_while(|c| worth(c)).count().min(keep);
+    let mut count = candidates.iter().take_while(|c| worth(c)).count().min(wanted.most);
     // Where nominal values are strained they hide what an effect would gain; then all that act there are tried.
     let strained = from.hypothesis.strained();
     if strained != 0 {
         candidates.sort_by_key(|c| hypothesis::channels(c.effect) & strained == 0 && !worth(c));
-        let acting = candidates.iter().take_while(|c| hypothesis::channels(c.effect) & strained != 0 || worth(c));
-        count = acting.count().min(MOST_STRAINED);
+        let tried = candidates.iter().take_while(|c| hypothesis::channels(c.effect) & strained != 0 || worth(c));
+        count = tried.count().min(MOST_STRAINED);
     }
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
     if candidates[..count].iter().any(|c| hypothesis::channels(c.effect) & flows != 0)
@@ -373,7 +396,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried
         .enumerate()
         .filter_map(|(place, fit)| {
             let changed = fit.hypothesis.effects.last().map_or(0, |effect| hypothesis::channels(*effect));
-            let finish = || problem.settle(fit.hypothesis.clone(), changed, ITERATIONS, lowest);
+            let finish = || problem.settle(fit.hypothesis.clone(), changed, ITERATIONS, lowest.min(wanted.goal));
             if place < finished { finish() } else { Some(fit.clone()) }
         })
         .collect();
@@ -400,11 +423,16 @@ fn explore(problem: &Problem<'_>, from: &Fit, keep: usize, tried: &mut Vec<Tried
 
 /// Takes out every cause whose removal costs less than its charge.
 pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
+    let (thinned, _) = problem.thinned();
     loop {
         if fit.hypothesis.effects.is_empty() {
             return fit;
         }
+        let base = thinned.judge(fit.hypothesis.clone());
         let needless = fit.hypothesis.effects.par_iter().filter_map(|effect| {
+            if base.as_ref().is_some_and(|base| needed(&thinned, base, *effect)) {
+                return None;
+            }
             let smaller = refit_without(problem, &fit, *effect)?;
             let wanting = wanting(problem, &fit, &smaller, *effect);
             (wanting >= 0.0).then_some((wanting, smaller))
@@ -426,7 +454,7 @@ fn compose(problem: &Problem<'_>, start: Fit, most: usize, memory: &mut Memory, 
         let enough = |next: &Fit| {
             next.hypothesis.effects.last().is_some_and(|added| wanting(problem, next, &current, *added) < 0.0)
         };
-        let fits = extensions(problem, &current, FITTED, memory);
+        let fits = extensions(problem, &current, &Wanted::any(problem), memory);
         let pruned = fits.into_iter().filter(enough).take(MOST_PRUNED).map(|next| prune(problem, next));
         let before = charged(problem, &current);
         let Some(next) = pruned.into_iter().find(|next| charged(problem, next) < before) else { break };
@@ -441,6 +469,14 @@ fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
     Channel::ALL.iter().filter(|c| problem.judgeable & c.bit() != 0).any(open)
 }
 
+/// Whether a part of the data shows already, beyond doubt, that a fit needs a cause.
+fn needed(thinned: &Problem<'_>, fit: &Fit, effect: Effect) -> bool {
+    let least = BEYOND_DOUBT * gate(thinned, fit, effect);
+    let smaller = fit.hypothesis.without(effect, thinned.nominal);
+    let without = thinned.settle(smaller, hypothesis::channels(effect), ITERATIONS, fit.cost(thinned) + least);
+    !negligible(fit, effect) && without.is_some_and(|without| without.cost(thinned) - fit.cost(thinned) > least)
+}
+
 /// Searches for the causes of the gap. `progress` hears what is being done.
 pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: &dyn Fn(&str)) -> Option<Found> {
     let mut memory = Memory::default();
@@ -449,7 +485,7 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     let mut current = compose(problem, null.clone(), MOST_CAUSES, &mut memory, progress);
     // A wrong first cause can make every later one look wrong: then others come first.
     if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
-        let first: Vec<Fit> = extensions(problem, &null, FITTED, &mut memory);
+        let first: Vec<Fit> = extensions(problem, &null, &Wanted::any(problem), &mut memory);
         for start in first.into_iter().skip(1).take(RESTARTS) {
             let other = compose(problem, start, MOST_CAUSES - 1, &mut memory, progress);
             if charged(problem, &other) < charged(problem, &current) {
@@ -518,7 +554,9 @@ struct Alternatives {
 
 fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, memory: &mut Memory) -> Option<Alternatives> {
     let without = refit_without(problem, best, effect)?;
-    let instead = extensions(problem, &without, ALTERNATIVES, memory);
+    let goal = best.cost(problem) + gate(problem, best, effect);
+    let wanted = Wanted { acting: hypothesis::channels(effect), most: ALTERNATIVES, goal };
+    let instead = extensions(problem, &without, &wanted, memory);
     Some(Alternatives { without, instead })
 }
 
