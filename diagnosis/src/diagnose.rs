@@ -4,6 +4,7 @@ use crate::advice;
 use crate::balance::shared::Signals;
 use crate::balance::{self, Channel, Channels, Innovations};
 use crate::beyond::{self, Description};
+use crate::extensions;
 use crate::fit::{Fit, Problem};
 use crate::holdout::{self, Overlay};
 use crate::hypothesis::{self, Hypothesis, Slot};
@@ -326,7 +327,7 @@ fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> {
             }
         }
     }
-    let able = search::candidates(problem);
+    let able = extensions::candidates(problem);
     let visible = search::visible(problem, fit, &able);
     out.extend(Effect::ALL.into_iter().filter(|e| !visible.contains(e)).map(|e| e.id().to_string()));
     out

@@ -32,6 +32,8 @@ const SMALL_GAIN: f64 = 0.02;
 
 /// A step that gains less ends a fit: far below what any comparison asks for.
 const CONVERGED: f64 = 0.1;
+/// Iterations of a full fit.
+pub(crate) const ITERATIONS: usize = 20;
 /// So many steps in a row that each gain less than this part of what the goal asks for end a fit as well.
 const HOPELESS: f64 = 0.02;
 const HOPELESS_STEPS: usize = 2;

@@ -15,6 +15,7 @@ mod balance;
 mod beyond;
 mod diagnose;
 mod errors;
+mod extensions;
 mod fit;
 mod friction_map;
 mod holdout;
@@ -32,6 +33,7 @@ mod search;
 mod smooth;
 mod starts;
 mod terms;
+mod worth;
 
 pub use balance::Channel;
 pub use beyond::{Description, MissingTerm};
