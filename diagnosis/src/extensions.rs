@@ -32,6 +32,13 @@ pub(crate) struct Tried {
     pub(crate) fitted: bool,
 }
 
+impl Tried {
+    /// Of a fit.
+    fn of(fit: &Fit) -> Self {
+        Self { effects: fit.hypothesis.effects.clone(), cost: fit.undispersed(), fitted: true }
+    }
+}
+
 /// What a search remembers.
 #[derive(Default)]
 pub(crate) struct Memory {
@@ -50,6 +57,11 @@ struct Explored {
 }
 
 impl Memory {
+    /// A hypothesis fitted in full.
+    pub(crate) fn note(&mut self, fit: &Fit) {
+        self.tried.push(Tried::of(fit));
+    }
+
     /// What is known of extending a fit: another with the same causes, and no worse, was extended before. The last counts.
     fn extensions(&self, problem: &Problem<'_>, from: &Fit, acting: Channels) -> Option<&Explored> {
         let effects = &from.hypothesis.effects;
@@ -292,10 +304,6 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
         })
     });
     fits.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
-    tried.extend(fits.iter().map(|fit| Tried {
-        effects: fit.hypothesis.effects.clone(),
-        cost: fit.undispersed(),
-        fitted: true,
-    }));
+    tried.extend(fits.iter().map(Tried::of));
     fits
 }

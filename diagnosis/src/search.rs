@@ -167,8 +167,35 @@ struct Alternatives {
 fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, memory: &mut Memory) -> Option<Alternatives> {
     let without = refit_without(problem, best, effect)?;
     let wanted = Wanted { acting: hypothesis::channels(effect), most: ALTERNATIVES };
-    let instead = extensions(problem, &without, &wanted, memory);
+    let mut instead = extensions(problem, &without, &wanted, memory);
+    if let Some(mirrored) = mirrored(problem, best, effect) {
+        let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
+        instead.retain(|fit| last(fit) != last(&mirrored) || fit.cost(problem) < mirrored.cost(problem));
+        if !instead.iter().any(|fit| last(fit) == last(&mirrored)) {
+            memory.note(&mirrored);
+            instead.push(mirrored);
+        }
+    }
     Some(Alternatives { without, instead })
+}
+
+/// The same with an offset of one pressure sensor as the opposite one of the other. Mechanics see their difference alone, and
+/// the air of one chamber or the other must be wrong by a few percent: from elsewhere a fit hardly finds its way there.
+fn mirrored(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
+    let other = match effect {
+        Effect::PressureAOffset => Effect::PressureBOffset,
+        Effect::PressureBOffset => Effect::PressureAOffset,
+        _ => return None,
+    };
+    if fit.hypothesis.effects.contains(&other) {
+        return None;
+    }
+    let parameters = problem.parameters(other);
+    let offset_pa = fit.hypothesis.values_of(effect).first().copied()?;
+    let start: Vec<f64> = parameters.iter().map(|p| (p.neutral - offset_pa).clamp(p.min, p.max)).collect();
+    let hypothesis = fit.hypothesis.without(effect, problem.nominal).beside(other, parameters, &start);
+    let changed = hypothesis::channels(effect) | hypothesis::channels(other);
+    problem.settle(hypothesis, changed, ITERATIONS, fit.cost(problem))
 }
 
 /// The fit without one of its causes.
