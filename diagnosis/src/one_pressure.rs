@@ -3,7 +3,8 @@
 //! With the other chamber's pressure unknown, a driven stroke says little: whatever force is missing may be back pressure.
 //! While the measured chamber is at atmosphere and the other one is not driven, only weight, friction and damping act:
 //! `M y'' = -F_0 - F_c sign(v) - c v`. Coasting on and falling back have opposite friction and the same constant force, so
-//! the two together separate them. One direction alone does not.
+//! the two together separate them. One direction alone does not. Whether the other chamber is driven nobody measured, so a
+//! force gets its name only if it is the weight of the moving mass.
 
 use crate::diagnose::{Diagnosis, Evidence, LogSummary};
 use crate::outcome::{Cause, Estimate};
@@ -178,6 +179,8 @@ fn combine(values: impl Iterator<Item = f64>) -> Option<Force> {
 
 /// The constant force must exceed its standard error by this factor to be named.
 const NAMED_SIGMAS: f64 = 4.0;
+/// And must be the weight of the rig file's mass within this many.
+const WEIGHT_SIGMAS: f64 = 2.0;
 
 /// [`one_pressure`] in the form of a diagnosis, for a log on which [`crate::diagnose()`] finds nothing to judge.
 pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Diagnosis> {
@@ -185,10 +188,12 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
     let nominal = rig.effects.get(Effect::ConstantForce).map_or(0.0, |values| values[0]);
     let mut extended_rig = rig.clone();
     let mut causes = Vec::new();
-    // A small mean of two large opposite forces is as well their difference in friction.
+    // A small mean of two large opposite forces is as well their difference in friction, and a force that is not the weight
+    // may be the pressure of the other chamber.
     let gap = seen.constant_force.filter(|force| {
         let off = (force.value_n - nominal).abs();
-        off > NAMED_SIGMAS * force.std_error_n && off > 0.5 * half_spread(&seen)
+        let weighs = (force.value_n.abs() - seen.weight_n).abs() < WEIGHT_SIGMAS * force.std_error_n;
+        off > NAMED_SIGMAS * force.std_error_n && off > 0.5 * half_spread(&seen) && weighs
     });
     if let Some(force) = gap {
         extended_rig.effects.set(Effect::ConstantForce, &[force.value_n]);

@@ -72,3 +72,45 @@ fn poor_experiments_without_a_gap_name_nothing() {
     }
     assert_eq!(count, 4);
 }
+
+/// A piston of rig (a) thrown up again and again by chamber A, which is vented while it flies: position and p_a of 40 s at
+/// 1 kHz. `force_n` pulls it down all the time, `friction_n` against its motion.
+fn thrown(force_n: f64, friction_n: f64) -> Log {
+    let mass_kg = RigFile::paper_a().rig.load.mass_kg;
+    let (up, down) = ((force_n + friction_n) / mass_kg, (force_n - friction_n) / mass_kg);
+    let mut log = Log { p_a_pa: Some(vec![]), ..Log::default() };
+    let mut state = 1_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+    };
+    let (mut y, mut v, mut rests) = (-0.3, 0.0, 0.0);
+    for k in 0..40_000 {
+        rests += 1.0e-3;
+        if y <= -0.3 && v <= 0.0 {
+            (y, v) = (-0.3, if rests > 0.5 { 2.0 + 0.5 * noise() } else { 0.0 });
+        } else {
+            v -= 1.0e-3 * if v > 0.0 { up } else { down };
+            rests = 0.0;
+        }
+        y += 1.0e-3 * v;
+        let pressure = if v == 0.0 { 5.0e5 } else { 1.0e5 };
+        log.t_s.push(1.0e-3 * f64::from(k));
+        log.y_m.push(y + 1.7e-4 * noise());
+        log.p_a_pa.iter_mut().for_each(|p| p.push(pressure + 1.0e3 * noise()));
+    }
+    log
+}
+
+/// While the measured chamber is vented the other one may push: nobody measured it.
+#[test]
+fn one_pressure_alone_names_the_weight_and_no_force_that_the_other_chamber_may_make() {
+    let rig = RigFile::paper_a();
+    let weight_n = 9.81 * rig.rig.load.mass_kg;
+    let named = |force_n: f64| diagnose(&rig, &thrown(force_n, 25.0), &|_| {}).expect("vented strokes").causes;
+    let weight = named(weight_n);
+    assert_eq!(weight.iter().map(|cause| &cause.id[..]).collect::<Vec<_>>(), ["constant-force"]);
+    let found = &weight[0].parameters[0];
+    assert!((found.value - weight_n).abs() < 2.0 * found.std_error, "{found:?}");
+    assert!(named(2.0 * weight_n).is_empty());
+}
