@@ -469,6 +469,11 @@ impl Hypothesis {
         strained.fold(0, |all, (p, _)| all | p.channels)
     }
 
+    /// The value of one parameter; `None` if it is not fitted.
+    pub(crate) fn value(&self, slot: Slot) -> Option<f64> {
+        self.parameters.iter().position(|p| p.slot == slot).map(|place| self.values[place])
+    }
+
     /// Values of one effect; zero for parameters left out.
     pub(crate) fn values_of(&self, effect: Effect) -> Vec<f64> {
         let mut out = vec![0.0; effect.parameter_count()];

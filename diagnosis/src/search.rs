@@ -3,6 +3,7 @@
 use crate::extensions::{Memory, Tried, Wanted, extensions};
 use crate::fit::{Fit, ITERATIONS, Problem};
 use crate::hypothesis::{self, Hypothesis};
+use crate::starts::mirror;
 use crate::worth::{PER_PARAMETER, TIE, charged, gate, negligible, promise, unsure, wanting, wide_open};
 use plant_model::Effect;
 use rayon::prelude::*;
@@ -179,21 +180,10 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, memory: &mut 
     Some(Alternatives { without, instead })
 }
 
-/// The same with an offset of one pressure sensor as the opposite one of the other. Mechanics see their difference alone, and
-/// the air of one chamber or the other must be wrong by a few percent: from elsewhere a fit hardly finds its way there.
+/// The same with a cause as the one that is nearly its image.
 fn mirrored(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
-    let other = match effect {
-        Effect::PressureAOffset => Effect::PressureBOffset,
-        Effect::PressureBOffset => Effect::PressureAOffset,
-        _ => return None,
-    };
-    if fit.hypothesis.effects.contains(&other) {
-        return None;
-    }
-    let parameters = problem.parameters(other);
-    let offset_pa = fit.hypothesis.values_of(effect).first().copied()?;
-    let start: Vec<f64> = parameters.iter().map(|p| (p.neutral - offset_pa).clamp(p.min, p.max)).collect();
-    let hypothesis = fit.hypothesis.without(effect, problem.nominal).beside(other, parameters, &start);
+    let hypothesis = mirror(problem, fit, effect)?;
+    let other = hypothesis.effects.last().copied()?;
     let changed = hypothesis::channels(effect) | hypothesis::channels(other);
     problem.settle(hypothesis, changed, ITERATIONS, fit.cost(problem))
 }
