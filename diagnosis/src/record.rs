@@ -2,7 +2,7 @@
 
 use crate::balance::motion;
 use crate::balance::motion::velocity_error;
-use crate::noise::{self, ChannelNoise};
+use crate::noise::{self, ChannelNoise, NUMERICAL_ERROR_PA};
 use crate::smooth::{Smoothed, parabola, slopes};
 use core::ops::Range;
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
@@ -45,6 +45,8 @@ struct Railed {
     /// Least noise, in smallest steps.
     moved_by: f64,
 }
+/// … and is no less than this part of the signal's range.
+const LEAST_NOISE: f64 = 1.0e-5;
 const RAILED_POSITION: Railed = Railed { in_a_row: 20, moved_by: 0.6 };
 /// Pressures peak for a moment only.
 const RAILED_PRESSURE: Railed = Railed { in_a_row: 8, moved_by: 1.5 };
@@ -373,7 +375,7 @@ impl Record {
             let volume = |y: f64| (volume_0 + area * y * if y < 0.0 { lower } else { upper }).max(smallest);
             let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * c.area_m2 / volume(y) * position;
             let pairs = self.y_smooth.value.iter().zip(pressures);
-            let weight = |y: f64, p: f64| 1.0 / noise.max(1.0).hypot(by_volume(y, p));
+            let weight = |y: f64, p: f64| 1.0 / noise.max(NUMERICAL_ERROR_PA).hypot(by_volume(y, p));
             pairs.map(|(y, p)| if volume(*y) < unknown { 0.0 } else { weight(*y, *p) }).collect()
         };
         let quality = &self.quality;
@@ -419,6 +421,10 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
         return Vec::new();
     }
     let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    // Without noise a signal repeats itself wherever it rests.
+    if noise.standard_deviation < LEAST_NOISE * (high - low).max(0.0) || low >= high {
+        return Vec::new();
+    }
     let mut start = 0;
     let runs = signal.chunk_by(|a, b| a == b).map(|run| {
         start += run.len();

@@ -281,3 +281,26 @@ fn friction_refuses_logs_without_force_and_names_them() {
     assert_eq!(done.status.code(), Some(2), "{said}");
     assert!(said.contains("strokes.csv") && said.contains("f_ext_n"), "{said}");
 }
+
+#[test]
+fn a_simulated_log_without_noise_has_no_gap_and_shows_the_leak_it_was_made_with() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let leaky = folder.path().join("leaky.toml");
+    let mut rig = std::fs::read_to_string("../rigs/paper-a.toml").expect("the paper's rig");
+    rig.push_str("\n[effects.leak-chamber-a]\nconductance_kg_per_s_pa = 3.0e-10\n");
+    std::fs::write(&leaky, rig).expect("a rig");
+    for (made_with, verdict, causes) in
+        [("rigs/paper-a.toml", "no-gap", vec![]), (text(&leaky), "explained", vec!["leak-chamber-a"])]
+    {
+        let (log, out) = (folder.path().join("log.csv"), folder.path().join("out"));
+        let input = "examples/inputs/steps-and-sine.csv";
+        let done = plant_sim(&["simulate", "--rig", made_with, "--input", input, "--out", text(&log)]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let done = plant_sim(&["diagnose", "--rig", "rigs/paper-a.toml", "--log", text(&log), "--out", text(&out)]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let json = json(&out.join("diagnosis.json"));
+        assert_eq!(json["verdict"], verdict, "{made_with}");
+        let named: Vec<_> = json["causes"].as_array().expect("causes").iter().map(|c| c["id"].clone()).collect();
+        assert_eq!(named, causes, "{made_with}");
+    }
+}

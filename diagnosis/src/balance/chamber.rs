@@ -1,5 +1,6 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
+use crate::noise::NUMERICAL_ERROR_PA;
 use crate::record::{Record, Stretch};
 use plant_model::{MINIMUM_VOLUME_RATIO, Plant};
 
@@ -124,7 +125,7 @@ pub(crate) fn innovations(
     let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
     let leak = if is_a { c.leak_a } else { c.leak_b };
     let quality = if is_a { &record.quality.pressure_a } else { &record.quality.pressure_b };
-    let sigma = quality.standard_deviation.max(1.0);
+    let sigma = quality.standard_deviation.max(NUMERICAL_ERROR_PA);
     let lag = c.pressure_time_constant_s;
 
     let mut out = Vec::with_capacity(drive.strokes.first_half.len());

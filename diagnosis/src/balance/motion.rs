@@ -1,5 +1,6 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
+use crate::noise::NUMERICAL_ERROR_M;
 use crate::record::{Moment, Quality, Record, Stretch};
 use crate::smooth::Smoothed;
 use plant_model::friction::Response;
@@ -46,7 +47,7 @@ pub(crate) fn innovations(
     stretches: &[Stretch],
 ) -> Vec<f64> {
     let c = plant.coefficients();
-    let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(1.0e-7);
+    let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(NUMERICAL_ERROR_M);
     let omega = record.observer_rad_per_s;
     let at_rest = REST_SIGMAS * velocity_error(record);
     let timing = Timing::of(plant);
