@@ -45,7 +45,7 @@ struct Railed {
     /// Least noise, in smallest steps.
     moved_by: f64,
 }
-/// … and is no less than this part of the signal's range.
+/// Noise below this part of a signal's range is none: such a signal repeats itself wherever it rests.
 const LEAST_NOISE: f64 = 1.0e-5;
 const RAILED_POSITION: Railed = Railed { in_a_row: 20, moved_by: 0.6 };
 /// Pressures peak for a moment only.
@@ -385,24 +385,17 @@ impl Record {
         // Where the piston is at the position sensor's limit, how large the chambers are is unknown.
         for railed in railed(&self.y_m, quality.position, &RAILED_POSITION) {
             for weight in [&mut weight_a, &mut weight_b] {
-                self.blank(weight, &railed);
+                blank(weight, &railed);
             }
         }
         for (weight, signal, noise) in
             [(&mut weight_a, &self.p_a_pa, quality.pressure_a), (&mut weight_b, &self.p_b_pa, quality.pressure_b)]
         {
             for railed in railed(signal, noise, &RAILED_PRESSURE) {
-                self.blank(weight, &railed);
+                blank(weight, &railed);
             }
         }
         (self.weight_a_per_pa, self.weight_b_per_pa) = (weight_a, weight_b);
-    }
-
-    /// Takes the weight from some samples, and from those to which smoothing spreads what is unknown there.
-    fn blank(&self, weight: &mut [f64], railed: &Range<usize>) {
-        if let Some(part) = weight.get_mut(around(railed, VOLUME_REACH, self.len())) {
-            part.fill(0.0);
-        }
     }
 
     /// All samples, cut where a stretch starts or ends.
@@ -421,8 +414,7 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
         return Vec::new();
     }
     let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
-    // Without noise a signal repeats itself wherever it rests.
-    if noise.standard_deviation < LEAST_NOISE * (high - low).max(0.0) || low >= high {
+    if low >= high || noise.standard_deviation < LEAST_NOISE * (high - low) {
         return Vec::new();
     }
     let mut start = 0;
@@ -431,6 +423,14 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
         (start - run.len()..start, run[0])
     });
     runs.filter(|(run, x)| run.len() >= at_limit.in_a_row && (*x == low || *x == high)).map(|(run, _)| run).collect()
+}
+
+/// Takes the weight from some samples, and from those to which smoothing spreads what is unknown there.
+fn blank(weight: &mut [f64], railed: &Range<usize>) {
+    let unknown = around(railed, VOLUME_REACH, weight.len());
+    if let Some(part) = weight.get_mut(unknown) {
+        part.fill(0.0);
+    }
 }
 
 /// Some samples and those near them.

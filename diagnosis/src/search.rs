@@ -8,8 +8,8 @@ use crate::worth::{PER_PARAMETER, TIE, charged, gate, negligible, promise, unsur
 use plant_model::Effect;
 use rayon::prelude::*;
 
-/// Beside [`TIE`], alternatives within this part of what the cause gains cannot be told from it: the balances' numerical error, and when sticking pistons break
-/// away, decide so small a difference.
+/// Beside [`TIE`], alternatives within this part of what the cause gains cannot be told from it: the balances' numerical
+/// error, and when sticking pistons break away, decide so small a difference.
 const TIE_OF_GAIN: f64 = 0.003;
 /// A cause that gains this many times what it must is there whatever its standard error.
 const BEYOND_DOUBT: f64 = 10.0;
@@ -80,10 +80,13 @@ fn compose(problem: &Problem<'_>, start: Fit, most: usize, memory: &mut Memory, 
 
 /// Whether a part of the data shows already, beyond doubt, that a fit needs a cause.
 fn needed(thinned: &Problem<'_>, fit: &Fit, effect: Effect) -> bool {
+    if negligible(fit, effect) {
+        return false;
+    }
     let least = BEYOND_DOUBT * gate(thinned, fit, effect);
     let smaller = fit.hypothesis.without(effect, thinned.nominal);
     let without = thinned.settle(smaller, hypothesis::channels(effect), ITERATIONS, fit.cost(thinned) + least);
-    !negligible(fit, effect) && without.is_some_and(|without| without.cost(thinned) - fit.cost(thinned) > least)
+    without.is_some_and(|without| without.cost(thinned) - fit.cost(thinned) > least)
 }
 
 /// Searches for the causes of the gap. `progress` hears what is being done.
