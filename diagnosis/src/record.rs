@@ -17,6 +17,11 @@ const VELOCITY_REACH: usize = 15;
 const PRESSURE_REACH: usize = 9;
 /// A step of time this many times the usual one interrupts the log.
 const INTERRUPTION: f64 = 2.5;
+/// The command has gone through a play of any likely half-width once it has changed by twice this, V.
+const LARGEST_PLAY_V: f64 = 0.2;
+/// What happened before the log is forgotten after this long, s, but for a play; which counts as known after the second.
+const FORGOTTEN_S: f64 = 0.5;
+const LONGEST_UNKNOWN_S: f64 = 5.0;
 /// The log is cut into about this many chunks; every `HELD_BACK_EVERY`-th is held back.
 const CHUNKS: usize = 16;
 const HELD_BACK_EVERY: usize = 4;
@@ -138,6 +143,8 @@ pub(crate) struct Record {
     pub(crate) end_stops_m: [Option<f64>; 2],
     /// Whether the piston may touch an end stop, or a sensor its limit: there the force balance is open.
     pub(crate) at_end: Vec<bool>,
+    /// Time from which on the valve and the air supply are where the log alone has taken them, s.
+    pub(crate) valve_known_s: f64,
     /// Bandwidth of the position observer, rad/s.
     pub(crate) observer_rad_per_s: f64,
     /// One over the standard deviation of what a perfect prediction of p_a would miss, 1/Pa.
@@ -183,6 +190,7 @@ impl Record {
         record.divide();
         record.estimate_noise();
         record.smooth();
+        record.valve_known_s = record.find_valve_known();
         record.observer_rad_per_s = motion::bandwidth(&record.quality, rig);
         record.end_stops_m = record.find_end_stops(&rig.rig);
         record.weigh(rig);
@@ -221,6 +229,11 @@ impl Record {
         if k + 1 < self.len() { self.t_s[k + 1] - self.t_s[k] } else { self.quality.interval_s }
     }
 
+    /// Whether samples are missing before sample `k`.
+    pub(crate) fn interrupted(&self, k: usize) -> bool {
+        k > 0 && k < self.len() && self.t_s[k] - self.t_s[k - 1] > INTERRUPTION * self.quality.interval_s
+    }
+
     /// Where the time `by_s` after (before, if negative) sample `k` lies within some samples.
     pub(crate) fn moment(&self, k: usize, by_s: f64, within: Range<usize>) -> Moment {
         let t_s = self.t_s[k] + by_s;
@@ -257,7 +270,7 @@ impl Record {
         let shortest = (SHORTEST_STRETCH_S / usual).ceil() as usize;
         let mut start = 0;
         for k in 1..=self.len() {
-            let interrupted = k < self.len() && self.t_s[k] - self.t_s[k - 1] > INTERRUPTION * usual;
+            let interrupted = self.interrupted(k);
             self.quality.interruptions += usize::from(interrupted);
             let boundary = k == self.len() || k % chunk == 0;
             // Chunks of the same use stay together; so do a chunk and a remainder too short to stand alone.
@@ -336,6 +349,19 @@ impl Record {
             let until = (k + lasting).min(self.at_end.len());
             self.at_end[k.saturating_sub(lasting / 4)..until].fill(true);
         }
+    }
+
+    /// A log may begin in the middle of things: where in its play the valve's spool stands shows once the command has gone
+    /// through it, and how far the supply has drooped before is forgotten in a while.
+    fn find_valve_known(&self) -> f64 {
+        let Some(&first) = self.t_s.first() else { return 0.0 };
+        let (mut low, mut high) = (f64::MAX, f64::MIN);
+        let through = self.u_v.iter().position(|u| {
+            (low, high) = (low.min(*u), high.max(*u));
+            high - low > 2.0 * LARGEST_PLAY_V
+        });
+        let through_s = through.map_or(0.0, |k| self.t_s[k] - first);
+        first + through_s.clamp(FORGOTTEN_S, LONGEST_UNKNOWN_S)
     }
 
     /// Where the end stops read: a piston at rest against a force that would move it anywhere else.

@@ -132,10 +132,10 @@ pub(crate) fn innovations(
     for stretch in stretches {
         let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
         let mut sensed = smooth.value[stretch.start] - offset;
-        let mut settled = record.t_s[stretch.start] + SETTLING_S;
+        let mut settled = (record.t_s[stretch.start] + SETTLING_S).max(record.valve_known_s);
         for k in stretch.range() {
             if weights[k] * sigma < CLEAR {
-                settled = record.t_s[k] + SETTLING_S;
+                settled = settled.max(record.t_s[k] + SETTLING_S);
             }
             let error = measured[k] - (sensed + offset);
             let stroke = out.len();

@@ -39,7 +39,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
         if opening.fills_a { opening.magnitude } else { -opening.magnitude }
     };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
-    // A log is taken to begin with the valve at mid; anything else is forgotten within the settling time.
+    // A log is taken to begin with the valve at mid, see `Record::valve_known_s`.
     let (mut played, mut spool) = (0.0f64.clamp(first - c.play_half_width_v, first + c.play_half_width_v), 0.0);
     let mut source = 0;
     let mut last = (f64::NAN, 0.0);

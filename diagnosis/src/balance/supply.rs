@@ -25,6 +25,11 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
     if c.droop_pa_s_per_kg > 0.0 {
         let mut p = c.supply_pa;
         for k in 0..n {
+            // What happened before the log, or while it was interrupted, shows in what was measured then.
+            let anew = k == 0 || record.interrupted(k);
+            if let Some(sensed) = record.p_sup_smooth.value.get(k).filter(|_| anew) {
+                p = *sensed;
+            }
             predicted[k] = p;
             let fills_a = openings[k] >= 0.0;
             let chamber = if fills_a {
