@@ -296,6 +296,7 @@ fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> {
                 nominal: key.get(&problem.rig.rig),
                 value: *value,
                 std_error,
+                tolerance,
             });
         }
     }

@@ -30,7 +30,7 @@ pub struct Cause {
     pub share: f64,
 }
 
-/// A nominal value corrected within its stated tolerance.
+/// A nominal value corrected as far as its stated tolerance makes likely: within a few times that.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`.
@@ -41,6 +41,8 @@ pub struct Calibration {
     pub value: f64,
     /// Standard error of the corrected value.
     pub std_error: f64,
+    /// Stated standard error of the rig file's value, in its unit.
+    pub tolerance: f64,
 }
 
 /// How one balance stands after all.

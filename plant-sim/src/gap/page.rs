@@ -3,7 +3,7 @@
 use super::apply::Applied;
 use super::picture::{Scene, balance_name};
 use super::units::{quantity, significant, with_error};
-use super::words::{Errors, errors, headline, title};
+use super::words::{Errors, errors, headline, how_far, title};
 use crate::charts::{BAR, MM, scaled};
 use diagnosis::{Cause, Channel, Diagnosis};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
@@ -296,17 +296,21 @@ fn calibration(page: &mut Page, diagnosis: &Diagnosis) {
     if diagnosis.calibration.is_empty() {
         return;
     }
-    page.section("Nominal values adjusted within their tolerance");
-    let mut table = Table::new(["value", "rig file", "adjusted", "by"]);
+    page.section("Nominal values adjusted");
+    let mut table = Table::new(["value", "rig file", "adjusted", "by", "which is"]);
     for value in &diagnosis.calibration {
         table.row([
             format!("`{}`", value.name),
             quantity(&value.name, value.nominal),
             with_error(&value.name, value.value, value.std_error),
             format!("{:+.1} %", 100.0 * (value.value / value.nominal - 1.0)),
+            how_far(value),
         ]);
     }
-    page.table(table.caption("Adjustments, not causes: such deviations are what the rig file's `[tolerance]` allows."));
+    page.table(table.caption(
+        "Adjustments, not causes: a tolerance is a standard error, so one value in three is farther off than its own, and \
+         hardly any by more than three times as much.",
+    ));
 }
 
 fn unjudged(page: &mut Page, diagnosis: &Diagnosis) {

@@ -1,7 +1,7 @@
 //! The verdict in sentences, for the terminal and the top of the report.
 
 use super::units::{quantity, with_error};
-use diagnosis::{Diagnosis, Gain, HoldOut, PerChannel};
+use diagnosis::{Calibration, Diagnosis, Gain, HoldOut, PerChannel};
 use plant_model::Effect;
 use report_html::Tone;
 use rig_files::Verdict;
@@ -40,6 +40,12 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         Verdict::NoGap if diagnosis.calibration.is_empty() => {
             (Tone::Good, "No gap: the rig file predicts this log as well as its noise allows.".to_string())
         }
+        Verdict::NoGap if diagnosis.calibration.iter().any(|value| tolerances(value) > STRAINED) => (
+            Tone::Caution,
+            "No gap that this log proves, but the rig file fits it only with values further off than their stated tolerance \
+             makes likely: check those below."
+                .to_string(),
+        ),
         Verdict::NoGap => (
             Tone::Good,
             "No gap: within the stated tolerance of its values, the rig file predicts this log as well as its noise \
@@ -57,6 +63,22 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
              one would be worse than none."
                 .to_string(),
         ),
+    }
+}
+
+/// A nominal value this many times its stated tolerance off deserves a look.
+const STRAINED: f64 = 2.5;
+
+/// How many times its stated tolerance a nominal value was moved by.
+fn tolerances(value: &Calibration) -> f64 {
+    (value.value - value.nominal).abs() / value.tolerance.max(f64::MIN_POSITIVE)
+}
+
+/// How far a nominal value was moved, beside its tolerance.
+pub(crate) fn how_far(value: &Calibration) -> String {
+    match tolerances(value) {
+        times if times <= 1.0 => "within its stated tolerance".to_string(),
+        times => format!("{times:.1} times its stated tolerance"),
     }
 }
 
@@ -109,6 +131,10 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
             let _ = writeln!(text, "   This log cannot tell it from: {}.", list(&cause.ties));
         }
     }
+    for lead in &diagnosis.leads {
+        let _ = writeln!(text, "\nA hint, not a name: something resembles {} ({}).", title(&lead.id), lead.id);
+        let _ = writeln!(text, "   {}", lead.evidence);
+    }
     if let Some(description) = &diagnosis.description {
         let words: Vec<&str> = description.terms.iter().map(|term| term.words).collect();
         let _ = writeln!(text, "\nWhat is missing behaves like {}: a description, not a name.", words.join(", and "));
@@ -117,7 +143,7 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         let percent = 100.0 * (value.value / value.nominal - 1.0);
         let to = with_error(&value.name, value.value, value.std_error);
         let from = quantity(&value.name, value.nominal);
-        let _ = writeln!(text, "\nAdjusted within tolerance: {} from {from} to {to} ({percent:+.1} %)", value.name);
+        let _ = writeln!(text, "\nAdjusted: {} from {from} to {to} ({percent:+.1} %, {})", value.name, how_far(value));
     }
     if let Some(gain) = &diagnosis.gain {
         let _ =
