@@ -25,6 +25,14 @@ const RESPONDS: f64 = 50.0;
 const ENOUGH_TO_COMPARE_S: f64 = 8.0;
 const PIECE_S: f64 = 1.5;
 
+/// Steps that derivatives are taken with, in plainly visible changes. The force balance is rugged; that of the air is
+/// smooth, and directions that nearly cancel show only with small steps.
+pub(crate) struct SearchStep {
+    pub(crate) rugged: f64,
+    pub(crate) smooth: f64,
+}
+pub(crate) const SEARCH_STEP: SearchStep = SearchStep { rugged: 0.02, smooth: 1.0e-3 };
+
 /// A small step: no parameter moves by more than this, in plainly visible changes, and the cost falls by no more than this
 /// part of it.
 const NEAR: f64 = 0.1;
@@ -32,6 +40,9 @@ const SMALL_GAIN: f64 = 0.02;
 
 /// A step that gains less ends a fit: far below what any comparison asks for.
 const CONVERGED: f64 = 0.1;
+/// Beyond this many times the cost of noise steps are tried longer as well, and less of the cost is worth a step.
+const FAR_FROM_NOISE: f64 = 1.5;
+const CONVERGED_FAR: f64 = 1.0e-3;
 /// Iterations of a full fit.
 pub(crate) const ITERATIONS: usize = 20;
 /// So many steps in a row that each gain less than this part of what the goal asks for end a fit as well.
@@ -198,37 +209,42 @@ impl<'a> Problem<'a> {
         values: &[f64],
         base: &Residuals,
         index: usize,
-        relative_step: f64,
-    ) -> (Residuals, f64) {
+        step: &SearchStep,
+    ) -> Residuals {
         let parameter = &hypothesis.parameters[index];
-        let mut step = relative_step * parameter.scale;
-        let mut moved = values.to_vec();
-        if values[index] + step > parameter.max {
-            step = -step;
-        }
-        moved[index] += step;
+        let rugged = Channel::Position.bit();
         let mut out = Residuals::default();
-        let residuals = self.evaluate(hypothesis, &moved, parameter.channels).or_else(|| {
-            step = -step;
-            moved[index] = values[index] + step;
-            self.evaluate(hypothesis, &moved, parameter.channels)
-        });
-        if let Some(residuals) = residuals {
-            for (channel, (new, old)) in residuals.channels.iter().zip(&base.channels).enumerate() {
+        for (channels, relative) in [(rugged, step.rugged), (!rugged, step.smooth)] {
+            let wanted = parameter.channels & channels;
+            if wanted == 0 {
+                continue;
+            }
+            let mut step = relative * parameter.scale;
+            let mut moved = values.to_vec();
+            if values[index] + step > parameter.max {
+                step = -step;
+            }
+            moved[index] += step;
+            let residuals = self.evaluate(hypothesis, &moved, wanted).or_else(|| {
+                step = -step;
+                moved[index] = values[index] + step;
+                self.evaluate(hypothesis, &moved, wanted)
+            });
+            for (channel, new) in residuals.iter().flat_map(|r| r.channels.iter().enumerate()) {
+                let pairs = new.iter().zip(&base.channels[channel]);
                 if !new.is_empty() {
-                    out.channels[channel] =
-                        new.iter().zip(old).map(|(a, b)| (a - b) / step * parameter.scale).collect();
+                    out.channels[channel] = pairs.map(|(a, b)| (a - b) / step * parameter.scale).collect();
                 }
             }
         }
-        (out, step)
+        out
     }
 
     /// The slopes at a fit.
     pub(crate) fn slopes(&self, fit: &Fit) -> Option<Slopes> {
         let h = &fit.hypothesis;
         let base = self.evaluate(h, &h.values, self.judgeable)?;
-        let column = |index: usize| self.column(h, &h.values, &base, index, 0.02).0;
+        let column = |index: usize| self.column(h, &h.values, &base, index, &SEARCH_STEP);
         let columns = (0..h.values.len()).into_par_iter().map(column).collect();
         Some(Slopes { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
@@ -379,6 +395,7 @@ impl<'a> Problem<'a> {
         // After a small step the columns of nominal values serve once more. Only a step with all columns new ends a fit.
         let mut all_new = true;
         let mut hopeless = 0;
+        let noise = self.noise_cost(self.judgeable);
         'iterations: for _ in 0..iterations {
             if hypothesis.parameters.is_empty() {
                 break;
@@ -386,7 +403,7 @@ impl<'a> Problem<'a> {
             columns.par_iter_mut().enumerate().for_each(|(index, column)| {
                 let parameter = &hypothesis.parameters[index];
                 if known[index].is_none() && free(parameter) && (all_new || parameter.tolerance.is_none()) {
-                    *column = self.column(&hypothesis, &values, &residuals, index, 0.02).0;
+                    *column = self.column(&hypothesis, &values, &residuals, index, &SEARCH_STEP);
                 }
             });
             let references: Vec<&Residuals> = columns.iter().collect();
@@ -396,18 +413,32 @@ impl<'a> Problem<'a> {
                 held.extend((0..values.len()).filter(|i| !free(&hypothesis.parameters[*i])));
                 let Some(step) = solve(&matrix, &gradient, &held, damping) else { break };
                 let trial = limited(&hypothesis.parameters, &values, &step);
-                let evaluated = self.evaluate(&hypothesis, &trial, reached).map(|mut new| {
+                let attempt = |trial: &[f64]| {
+                    let mut new = self.evaluate(&hypothesis, trial, reached)?;
                     for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
                         if new.is_empty() {
                             new.clone_from(old);
                         }
                     }
-                    new
-                });
-                let new = evaluated.as_ref().map(|r| self.total(r, &hypothesis, &trial));
-                if let (Some(new_residuals), Some(new_cost)) = (evaluated, new)
+                    let cost = self.total(&new, &hypothesis, trial);
+                    Some((new, cost))
+                };
+                if let Some((mut new_residuals, mut new_cost)) = attempt(&trial)
                     && new_cost < cost
                 {
+                    let mut trial = trial;
+                    let mut longer = step.clone();
+                    // Where errors are large, the robust loss makes steps too short.
+                    while new_cost > FAR_FROM_NOISE * noise {
+                        longer *= 2.0;
+                        let farther = limited(&hypothesis.parameters, &values, &longer);
+                        match attempt(&farther) {
+                            Some((residuals, cost)) if cost < new_cost => {
+                                (trial, new_residuals, new_cost) = (farther, residuals, cost);
+                            }
+                            _ => break,
+                        }
+                    }
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
@@ -415,7 +446,8 @@ impl<'a> Problem<'a> {
                     if hopeless >= HOPELESS_STEPS {
                         break 'iterations;
                     }
-                    let converged = gained < CONVERGED + 1.0e-6 * cost;
+                    let enough = if cost > FAR_FROM_NOISE * noise { CONVERGED_FAR } else { 1.0e-6 };
+                    let converged = gained < CONVERGED + enough * cost;
                     if converged && all_new {
                         break 'iterations;
                     }
@@ -476,21 +508,21 @@ impl<'a> Problem<'a> {
         let mut out = [1.0; 4];
         let Some(innovations) = self.innovations(fit) else { return out };
         for channel in Channel::ALL {
-            let e: Vec<f64> = innovations.channels[channel as usize].iter().copied().filter(|e| !e.is_nan()).collect();
-            if e.len() > 100 {
-                out[channel as usize] = dispersion(&e);
-            }
+            out[channel as usize] = dispersion(&innovations.channels[channel as usize]);
         }
         out
     }
 }
 
-/// Long-run variance of a series that should be white with unit variance: that of means over some 50 samples, robustly.
-fn dispersion(e: &[f64]) -> f64 {
+/// Long-run variance of innovations that should be white with unit variance: that of means over some 50 samples,
+/// robustly; no less than 1. What is not settled is left out.
+pub(crate) fn dispersion(innovations: &[f64]) -> f64 {
     const SPAN: usize = 50;
+    const LEAST_SPANS: usize = 3;
     let root = (SPAN as f64).sqrt();
+    let e: Vec<f64> = innovations.iter().copied().filter(|e| !e.is_nan()).collect();
     let mut sums: Vec<f64> = e.chunks_exact(SPAN).map(|chunk| (chunk.iter().sum::<f64>() / root).abs()).collect();
-    if sums.is_empty() {
+    if sums.len() < LEAST_SPANS {
         return 1.0;
     }
     let middle = sums.len() / 2;
@@ -552,12 +584,13 @@ fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, held: &[usize], damping
     damped.cholesky().map(|c| -c.solve(&gradient))
 }
 
-/// The values after a step given in scales, kept within bounds.
+/// The values after a step given in scales, kept within bounds. What is positive by nature moves by factors: where lengths,
+/// volumes, flows and masses can all change in step, that way is straight.
 fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec<f64> {
-    parameters
-        .iter()
-        .zip(values)
-        .enumerate()
-        .map(|(i, (p, v))| (v + step[i].clamp(-8.0, 8.0) * p.scale).clamp(p.min, p.max))
-        .collect()
+    let moved = |(i, (p, v)): (usize, (&Parameter, &f64))| {
+        let by = step[i].clamp(-8.0, 8.0) * p.scale;
+        let new = if p.neutral > 0.0 && *v > 0.0 { v * (by / v).exp() } else { v + by };
+        new.clamp(p.min, p.max)
+    };
+    parameters.iter().zip(values).enumerate().map(moved).collect()
 }

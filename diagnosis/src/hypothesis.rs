@@ -351,6 +351,13 @@ impl Hypothesis {
         out
     }
 
+    /// Multiplies the value of a parameter, within its bounds.
+    pub(crate) fn scale(&mut self, slot: Slot, factor: f64) {
+        for (parameter, value) in self.parameters.iter().zip(&mut self.values).filter(|(p, _)| p.slot == slot) {
+            *value = (*value * factor).clamp(parameter.min, parameter.max);
+        }
+    }
+
     /// Takes a position that reads `factor` times too long out of the values fitted to it. Air and mass do not tell it from
     /// larger volumes and flows and a smaller mass; only tolerances and the end stops do. A fit would have to change all of
     /// them in step.

@@ -18,14 +18,15 @@ const CLOSED_DISPERSION_OF_FORCE: f64 = 4.0;
 /// pressure sensors resolve, so the force balance keeps a few large errors even where its physics is right.
 const CLOSED_COST_OF_MASS: f64 = 3.0;
 const CLOSED_COST_OF_FORCE: f64 = 5.0;
-/// Predictions on the part held back count as no worse while their squared errors grow by no more than this.
+/// Predictions on the part held back count as no worse while their squared errors grow by no more than this; by no more
+/// than the second where the balances there gain this part of what noise costs them.
 const NO_WORSE: f64 = 1.01;
+const LITTLE_WORSE: f64 = 1.1;
+const PLAIN_GAIN: f64 = 0.1;
 /// Misfit up to which causes leave nothing in a balance.
 const WHITE_ENOUGH: f64 = 1.12;
 /// Misfit and long-run variance up to which a balance may be noise: causes fitted to it make it a little less than white.
 const LIKE_NOISE: f64 = 1.25;
-/// Part of what causes take away that must lie above the misfit of white noise.
-const LEAST_EXCESS: f64 = 0.4;
 /// Most causes named at once.
 const MOST_NAMED: usize = 3;
 /// Beyond the most causes named, one that explains less of the gap than this is a lead and casts no doubt on the others.
@@ -67,7 +68,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let few = all.iter().filter(|c| c.share >= TRIFLE).count() <= MOST_NAMED;
     let trifles = all.len() > MOST_NAMED;
     let most = explains_most(found, balances);
-    let held = explains_excess(problem, found, balances) && confirmed_on_hold_out(problem, found);
+    let held = confirmed_on_hold_out(problem, found);
     let confirmed = few && most && held;
     let shadows = shadows(problem, found);
     let mut causes = Vec::new();
@@ -95,7 +96,8 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     leads.sort_by(by_share);
     // Causes that the part held back does not confirm leave a gap only where there is one without them.
     let any = !found.best.hypothesis.effects.is_empty();
-    let unclosed = any && causes.is_empty() && balances.iter().any(|b| b.nominal_misfit >= closed_cost(b.channel));
+    let plain = |b: &Balance| b.nominal_misfit >= 0.5 * closed_cost(b.channel);
+    let unclosed = any && causes.is_empty() && balances.iter().any(plain);
     let gap = open != 0 || !few || trifles || !most || !shadows.is_empty() || unclosed;
     let quiet = !held && balances.iter().all(|b| b.nominal_misfit < LIKE_NOISE);
     Judgement { causes, leads, open, gap, quiet }
@@ -109,6 +111,11 @@ pub(crate) fn acted_on<'a>(causes: impl IntoIterator<Item = &'a Cause>) -> Chann
 /// The long-run variance below which a balance is closed.
 fn closed_dispersion(channel: Channel) -> f64 {
     if channel == Channel::Position { CLOSED_DISPERSION_OF_FORCE } else { CLOSED_DISPERSION_OF_MASS }
+}
+
+/// Whether a balance of this misfit and long-run variance may be noise.
+fn like_noise(misfit: f64, dispersion: f64) -> bool {
+    misfit < LIKE_NOISE && dispersion < LIKE_NOISE
 }
 
 /// The misfit below which a balance is closed.
@@ -139,8 +146,7 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
                 extended_misfit,
                 remaining_dispersion: dispersion[index],
                 closed: calm < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
-                    || calm_misfit(&innovations[1].channels[index], SLAMS) < LIKE_NOISE
-                        && dispersion[index] < LIKE_NOISE,
+                    || like_noise(calm_misfit(&innovations[1].channels[index], SLAMS), dispersion[index]),
                 depends_on: Vec::new(),
                 peak: None,
             }
@@ -170,23 +176,11 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     let (mut gained, mut left) = (0.0, 0.0);
     for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
         gained += balance.nominal_misfit - balance.extended_misfit;
-        left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
+        if !like_noise(balance.extended_misfit, balance.remaining_dispersion) {
+            left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
+        }
     }
-    touched == 0 || gained > left
-}
-
-/// Whether what the causes take away is largely misfit beyond noise, or strain of nominal values: a model that suppresses
-/// noise, such as a large volume or mass that answers nothing, makes balances whiter than white.
-fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
-    let touched = touched(found);
-    let relieved = found.null.prior_cost - found.best.prior_cost;
-    let of = |value: fn(f64) -> f64| -> f64 {
-        let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
-        let gains = acted_on
-            .map(|b| (value(b.nominal_misfit) - value(b.extended_misfit)) * problem.noise_cost(b.channel.bit()));
-        gains.sum::<f64>() + relieved
-    };
-    touched == 0 || of(|misfit| misfit.max(1.0)) >= LEAST_EXCESS * of(|misfit| misfit)
+    left == 0.0 || gained > left
 }
 
 /// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
@@ -197,17 +191,20 @@ fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
     }
     let cost = |fit: &Fit| held.judge(fit.hypothesis.clone()).map(|f| f.cost(&held));
     match (cost(&found.null), cost(&found.best)) {
-        (Some(null), Some(best)) => best < null && predicts_no_worse(problem, found),
+        (Some(null), Some(best)) => {
+            let plain = null - best > PLAIN_GAIN * held.noise_cost(held.judgeable);
+            best < null && predicts_no_worse(problem, found, if plain { LITTLE_WORSE } else { NO_WORSE })
+        }
         _ => false,
     }
 }
 
-/// Whether the whole model, restarted on the part held back, predicts no worse with the causes than without. What merely
-/// soaks up noise in a balance does.
-fn predicts_no_worse(problem: &Problem<'_>, found: &Found) -> bool {
+/// Whether the whole model, restarted on the part held back, predicts no worse with the causes than without, but for a
+/// growth of its squared errors. What merely soaks up noise in a balance does.
+fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
     let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
     let models = holdout::Comparison::new(problem.record, &extended(&found.null), &extended(&found.best));
     let Some((gain, _)) = models.and_then(|models| models.gain(holdout::HORIZON_S)) else { return true };
     let error = |of: &PerChannel| of.over(&gain.holdout.noise_floor).map(|ratio| ratio.powi(2)).sum::<f64>();
-    error(&gain.holdout.extended_rmse) < NO_WORSE * error(&gain.holdout.baseline_rmse)
+    error(&gain.holdout.extended_rmse) < growth * error(&gain.holdout.baseline_rmse)
 }

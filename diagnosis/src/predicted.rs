@@ -1,6 +1,6 @@
 //! What an addition to a fit would gain, predicted without fitting it.
 
-use crate::fit::{Fit, Normal, Problem, Residuals, Slopes, regularised};
+use crate::fit::{Fit, Normal, Problem, Residuals, SEARCH_STEP, SearchStep, Slopes, regularised};
 use crate::hypothesis::{Hypothesis, Slot};
 use plant_model::Effect;
 use rayon::prelude::*;
@@ -14,6 +14,8 @@ const SMOOTHLESS: [Effect; 6] = [
     Effect::PressureLag,
     Effect::StaticFriction,
 ];
+/// Where a play or a delay has to be overcome first, a small step shows nothing.
+const OVERCOMING: SearchStep = SearchStep { rugged: 0.2, smooth: 0.2 };
 /// Starting values of an effect, beside the neutral ones, from which slopes are taken: those that gain the most as they are.
 const SLOPED: usize = 3;
 
@@ -49,11 +51,10 @@ impl Problem<'_> {
                 let at_start = started.residuals.as_ref().unwrap_or(base);
                 let added: Vec<Residuals> = (values.len()..extended.parameters.len())
                     .map(|index| {
-                        // Where a play or a delay has to be overcome first, a small step shows nothing.
                         let smoothless =
                             matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
-                        let step = if smoothless { 0.2 } else { 0.02 };
-                        self.column(extended, &extended.values, at_start, index, step).0
+                        let step = if smoothless { &OVERCOMING } else { &SEARCH_STEP };
+                        self.column(extended, &extended.values, at_start, index, step)
                     })
                     .collect();
                 let columns: Vec<&Residuals> = own.iter().copied().chain(&added).collect();

@@ -2,9 +2,9 @@
 
 use crate::extensions::{Memory, Tried, Wanted, extensions};
 use crate::fit::{Fit, ITERATIONS, Problem};
-use crate::hypothesis::{self, Hypothesis};
+use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::starts::mirror;
-use crate::worth::{PER_PARAMETER, TIE, charged, gate, negligible, promise, unsure, wanting, wide_open};
+use crate::worth::{PER_PARAMETER, TIE, charged, gate, negligible, open, promise, unsure, wanting, wide_open};
 use plant_model::Effect;
 use rayon::prelude::*;
 
@@ -15,9 +15,9 @@ const TIE_OF_GAIN: f64 = 0.003;
 const BEYOND_DOUBT: f64 = 10.0;
 /// No more causes than this are composed.
 const MOST_CAUSES: usize = 4;
-/// Candidates tried in the place of each cause, and how often causes are exchanged.
+/// Candidates tried in the place of each cause, and most exchanges.
 const ALTERNATIVES: usize = 5;
-const EXCHANGES: usize = 2;
+const EXCHANGES: usize = 6;
 /// An exchange is likelier if the cost falls by this much; so many of them are tried to the end.
 const LIKELIER: f64 = 4.0;
 const MOST_PRUNED: usize = 2;
@@ -117,6 +117,8 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     }
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
+    let (best, alternatives) = exchange_mirrored(problem, best, alternatives, &mut memory);
+    let (best, alternatives) = plainest(problem, best, alternatives);
     let (best, alternatives) = sure(problem, slim(problem, best), alternatives);
     let (ties, losses) = ties(problem, &best, alternatives);
     Some(Found { null, best, ties, losses, tried: memory.tried })
@@ -168,8 +170,7 @@ struct Alternatives {
     instead: Vec<Fit>,
 }
 
-fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, memory: &mut Memory) -> Option<Alternatives> {
-    let without = refit_without(problem, best, effect)?;
+fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit, memory: &mut Memory) -> Alternatives {
     let wanted = Wanted { acting: hypothesis::channels(effect), most: ALTERNATIVES };
     let mut instead = extensions(problem, &without, &wanted, memory);
     if let Some(mirrored) = mirrored(problem, best, effect) {
@@ -180,7 +181,7 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, memory: &mut 
             instead.push(mirrored);
         }
     }
-    Some(Alternatives { without, instead })
+    Alternatives { without, instead }
 }
 
 /// The same with a cause as the one that is nearly its image.
@@ -198,28 +199,99 @@ fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit
     problem.settle(smaller, hypothesis::channels(effect), ITERATIONS, goal)
 }
 
-/// Replaces causes one at a time by better ones, as long as that helps; with what else could stand for each.
+/// Replaces causes one at a time by better ones, as long as that helps, those first that are missed least; with what else
+/// could stand for each.
 fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
-    for round in 0.. {
-        let effects = best.hypothesis.effects.clone();
-        let all: Vec<_> = effects.iter().map(|effect| alternatives(problem, &best, *effect, memory)).collect();
-        let (cost, enough) = (best.cost(problem), charged(problem, &best) - 1.0);
-        // A likelier exchange may be dearer only until what it makes needless is taken out.
-        let better = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;
-        let mut likelier: Vec<&Fit> = all.iter().flatten().flat_map(|a| &a.instead).filter(better).collect();
-        likelier.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
-        likelier.truncate(if round < EXCHANGES { MOST_PRUNED } else { 0 });
-        let exchanged = likelier
-            .into_iter()
-            .map(|fit| prune(problem, fit.clone()))
-            .filter(|fit| charged(problem, fit) < enough)
-            .min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)));
+    let mut exchanges = 0;
+    loop {
+        let effects = &best.hypothesis.effects;
+        let without: Vec<Option<Fit>> = effects.par_iter().map(|e| refit_without(problem, &best, *e)).collect();
+        let missed = |k: usize| without[k].as_ref().map_or(f64::INFINITY, |fit| fit.cost(problem));
+        let mut order: Vec<usize> = (0..effects.len()).collect();
+        order.sort_by(|a, b| missed(*a).total_cmp(&missed(*b)));
+        let mut all: Vec<Option<Alternatives>> = effects.iter().map(|_| None).collect();
+        let mut exchanged = None;
+        for place in order {
+            let Some(without) = without[place].clone() else { continue };
+            let found = alternatives(problem, &best, effects[place], without, memory);
+            if exchanges < EXCHANGES {
+                exchanged = better(problem, &best, &found.instead);
+            }
+            all[place] = Some(found);
+            if exchanged.is_some() {
+                break;
+            }
+        }
         match exchanged {
             Some(fit) => best = fit,
             None => return (best, all),
         }
+        exchanges += 1;
     }
-    (best, Vec::new())
+}
+
+/// The best that becomes of some exchanges for a fit, if it is better.
+fn better(problem: &Problem<'_>, best: &Fit, instead: &[Fit]) -> Option<Fit> {
+    let (cost, enough) = (best.cost(problem), charged(problem, best) - 1.0);
+    // A likelier exchange may be dearer only until what it makes needless is taken out.
+    let likelier = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;
+    let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
+    likelier.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+    let pruned = likelier.into_iter().take(MOST_PRUNED).map(|fit| prune(problem, fit.clone()));
+    pruned
+        .filter(|fit| charged(problem, fit) < enough)
+        .min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)))
+}
+
+/// Of two names for the same beside choked flow, the one that leaves the conductance nearer to what is stated.
+fn plainest(problem: &Problem<'_>, best: Fit, mut all: Vec<Option<Alternatives>>) -> (Fit, Vec<Option<Alternatives>>) {
+    let conductance = |fit: &Fit| fit.hypothesis.value(Slot::Effect(Effect::ChokedFlow, 1));
+    let off = |fit: &Fit| conductance(fit).map_or(f64::INFINITY, |scale| scale.ln().abs());
+    let enough = charged(problem, &best) + TIE;
+    for place in 0..all.len() {
+        let effect = best.hypothesis.effects[place];
+        let image = match effect {
+            Effect::FillCoefficient => Effect::ExhaustCoefficient,
+            Effect::ExhaustCoefficient => Effect::FillCoefficient,
+            _ => continue,
+        };
+        let Some(alternatives) = &mut all[place] else { continue };
+        let plainer = |fit: &Fit| {
+            fit.hypothesis.effects.last() == Some(&image) && off(fit) < off(&best) && charged(problem, fit) < enough
+        };
+        let Some(found) = alternatives.instead.iter().position(plainer) else { continue };
+        let plain = alternatives.instead.remove(found);
+        // The cause that is exchanged stands last in the one and is an alternative of the other.
+        let mut other = best;
+        other.hypothesis.effects.retain(|e| *e != effect);
+        other.hypothesis.effects.push(effect);
+        alternatives.instead.push(other);
+        let moved = all.remove(place);
+        all.push(moved);
+        return (plain, all);
+    }
+    (best, all)
+}
+
+/// Where a balance stays open: the same with a cause as its image, and other causes exchanged beside it. One that pulls the
+/// other way can keep a third from being found, and look better beside a wrong one.
+fn exchange_mirrored(
+    problem: &Problem<'_>,
+    best: Fit,
+    all: Vec<Option<Alternatives>>,
+    memory: &mut Memory,
+) -> (Fit, Vec<Option<Alternatives>>) {
+    if !open(problem, &best) {
+        return (best, all);
+    }
+    for effect in best.hypothesis.effects.clone() {
+        let Some(image) = mirrored(problem, &best, effect) else { continue };
+        let (other, alternatives) = exchange(problem, image, memory);
+        if charged(problem, &other) < charged(problem, &best) - LIKELIER {
+            return (other, alternatives);
+        }
+    }
+    (best, all)
 }
 
 /// For each cause: alternatives that explain the log as well in its place, and what its absence costs.
@@ -232,7 +304,11 @@ fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternatives>>) -> (V
             loss = without.cost(problem) - best.cost(problem);
             let tie = TIE.max(TIE_OF_GAIN * loss);
             let as_good = instead.iter().filter(|fit| charged(problem, fit) < cost + tie);
-            tied.extend(as_good.filter_map(|fit| fit.hypothesis.effects.last().copied()).filter(|e| e != effect));
+            for other in as_good.filter_map(|fit| fit.hypothesis.effects.last().copied()) {
+                if other != *effect && !tied.contains(&other) {
+                    tied.push(other);
+                }
+            }
         }
         // One force, two names: g (1 + a sign v) sign v = g sign v + a g, so F_0 = a F_c except around standstill.
         for (one, other) in

@@ -73,6 +73,9 @@ pub(crate) fn mirror(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option
         // The sum of the pressures may hardly change.
         Effect::CoulombFriction => Effect::FrictionPressure,
         Effect::FrictionPressure => Effect::CoulombFriction,
+        // Choked flow has a scale of its own: with it, less in one direction is more in the other.
+        Effect::FillCoefficient if fit.hypothesis.effects.contains(&Effect::ChokedFlow) => Effect::ExhaustCoefficient,
+        Effect::ExhaustCoefficient if fit.hypothesis.effects.contains(&Effect::ChokedFlow) => Effect::FillCoefficient,
         _ => return None,
     };
     let h = &fit.hypothesis;
@@ -90,10 +93,14 @@ pub(crate) fn mirror(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option
             let added_n = away * gauge_sum_pa(problem)?;
             (added_n, to.neutral + added_n / coulomb_n)
         }
+        Effect::FillCoefficient | Effect::ExhaustCoefficient => (0.0, to.neutral / (1.0 + away / from.neutral)),
         _ => (0.0, to.neutral - away),
     };
     let start = [start.clamp(to.min, to.max)];
     let mut out = h.without(effect, problem.nominal).with(other, problem.parameters(other), &start, false);
+    if matches!(effect, Effect::FillCoefficient | Effect::ExhaustCoefficient) {
+        out.scale(Slot::Effect(Effect::ChokedFlow, 1), 1.0 + away / from.neutral);
+    }
     if added_n == 0.0 {
         return Some(out);
     }

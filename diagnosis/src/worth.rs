@@ -1,7 +1,7 @@
 //! What a cause must gain: against chance, beside noise, and beside what a fit leaves.
 
 use crate::balance::Channel;
-use crate::fit::{Fit, Problem};
+use crate::fit::{COST_OF_NOISE, Fit, Problem, calm_misfit, dispersion};
 use crate::hypothesis::{self, Parameter, Slot};
 use crate::starts::moves_in_step;
 use plant_model::Effect;
@@ -20,8 +20,11 @@ const RELEVANT: f64 = 0.008;
 const RELEVANT_REST: f64 = 0.05;
 /// What takes mass and friction along with it moves more breakaways.
 const RELEVANT_REST_IN_STEP: f64 = 0.5;
-/// A balance with this many times the cost of noise is wide open.
+/// A balance with this many times the cost of noise is open, with this many wide open.
+const OPEN: f64 = 2.0;
 const WIDE_OPEN: f64 = 6.0;
+/// A channel whose innovations vary less than noise in total, and no more than this slowly, has nothing to explain.
+const WHITE_DISPERSION: f64 = 1.25;
 /// Standard errors that a cause's parameter must be away from neutral.
 const SURE: f64 = 4.0;
 
@@ -48,7 +51,29 @@ pub(crate) fn wanting(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: 
     }
     let relieved = without.prior_cost - with.prior_cost;
     let needed = if relieved > charge(effect) { charge(effect) } else { gate(problem, with, effect) };
-    needed - (without.cost(problem) - with.cost(problem))
+    needed - (without.cost(problem) - with.cost(problem) - suppressed(problem, with, without, effect))
+}
+
+/// What an effect takes away from channels that hold nothing but noise without it: a model that answers less to the
+/// noise of one sensor predicts another a little better.
+fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
+    let bundles = problem.noise_cost(1) / 0.5;
+    let gained = |c: &Channel| without.cost_in(problem, c.bit()) - with.cost_in(problem, c.bit());
+    let quiet = |c: &Channel| {
+        hypothesis::channels(effect) & problem.judgeable & c.bit() != 0
+            && without.channel_cost[*c as usize] < COST_OF_NOISE * bundles
+            && gained(c) > 0.0
+    };
+    let quiet: Vec<Channel> = Channel::ALL.into_iter().filter(quiet).collect();
+    if quiet.is_empty() {
+        return 0.0;
+    }
+    let Some(innovations) = problem.innovations(without) else { return 0.0 };
+    let white = |c: &&Channel| {
+        let e = &innovations.channels[**c as usize];
+        calm_misfit(e, 0.0) < 1.0 && dispersion(e) < WHITE_DISPERSION
+    };
+    quiet.iter().filter(white).map(gained).sum()
 }
 
 /// The parameters that make an effect present at all, with their places and how far they are from neutral. The time
@@ -103,6 +128,16 @@ pub(crate) fn promise(problem: &Problem<'_>, fit: &Fit) -> f64 {
 
 /// Whether a fit leaves a balance so far from noise that its causes may be the wrong ones altogether.
 pub(crate) fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
-    let open = |channel: &Channel| fit.cost_in(problem, channel.bit()) > WIDE_OPEN * problem.noise_cost(channel.bit());
-    Channel::ALL.iter().filter(|c| problem.judgeable & c.bit() != 0).any(open)
+    any_beyond(problem, WIDE_OPEN, |channel| fit.cost_in(problem, channel.bit()))
+}
+
+/// Whether a fit leaves a balance far from white noise.
+pub(crate) fn open(problem: &Problem<'_>, fit: &Fit) -> bool {
+    any_beyond(problem, OPEN, |channel| fit.channel_cost[channel as usize])
+}
+
+/// Whether any channel costs more than so many times its noise.
+fn any_beyond(problem: &Problem<'_>, times: f64, cost: impl Fn(Channel) -> f64) -> bool {
+    let mut judgeable = Channel::ALL.into_iter().filter(|c| problem.judgeable & c.bit() != 0);
+    judgeable.any(|c| cost(c) > times * problem.noise_cost(c.bit()))
 }
