@@ -2,8 +2,11 @@
 
 use diagnosis::{Diagnosis, diagnose};
 use plant_model::Effect;
-use rig_files::{Log, RigFile, Verdict};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rig_files::{Column, Log, RigFile, Verdict};
 use synthesis::blind::{Class, Nominal, Plan, plans};
+use synthesis::{Case, Cause, Chain, Family, Law};
 
 fn cases(class: Class, nominal: Nominal, count: usize) -> Vec<(Plan, RigFile, Log, Vec<String>)> {
     plans(class, nominal, count, 20_261_120)
@@ -45,6 +48,39 @@ fn single_effects_are_named_first_and_alone_and_shuffled_names_would_not_pass() 
             );
             let mutated: Vec<_> = named.iter().map(|(id, _)| (shuffled(id), vec![])).collect();
             assert!(!is_right(&hidden, &mutated), "{plan:?}: the test would not notice shuffled hypotheses");
+        }
+    }
+}
+
+/// 15 s of everyday work of rig (a), recorded from `begins_s` on.
+fn recorded_from(begins_s: f64, effect: Effect, values: [f64; 3]) -> (RigFile, Log) {
+    let rig_file = RigFile::paper_a();
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mut chain = Chain::standard(rig_file.io.position_range_m);
+    chain.columns.push(Column::PSup);
+    chain.begins_s = begins_s;
+    let case = Case {
+        truth: rig_file.rig,
+        causes: vec![Cause::Catalogue(effect, values)],
+        experiment: Family::Everyday.draw(&rig_file.rig, 15.0 + begins_s, &mut rng),
+        law: Law::for_rig(&rig_file.rig, 1.2),
+        chain,
+        seed: 7,
+        rig_file,
+    };
+    let (log, _) = case.record();
+    (case.rig_file, log)
+}
+
+/// Where a valve's play stood and how far the supply had drooped before the log began is not known.
+#[test]
+fn a_log_may_begin_in_the_middle_of_things() {
+    for (effect, values) in [(Effect::ValveHysteresis, [0.15, 0.0, 0.0]), (Effect::SupplyDroop, [3.0e7, 0.3, 0.0])] {
+        for begins_s in [1.2, 2.1, 3.3, 4.7] {
+            let (rig, log) = recorded_from(begins_s, effect, values);
+            let diagnosis = found(&rig, &log);
+            let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
+            assert_eq!((named, diagnosis.verdict), (vec![effect.id()], Verdict::Explained), "{effect} {begins_s}");
         }
     }
 }

@@ -24,6 +24,8 @@ pub struct Chain {
     pub lost_rows_per_s: f64,
     /// Blank stretches per second and column.
     pub blanks_per_s: f64,
+    /// The log begins this long after the experiment, s: in the middle of things.
+    pub begins_s: f64,
     /// Columns that are recorded, besides the position.
     pub columns: Vec<Column>,
 }
@@ -41,6 +43,7 @@ impl Chain {
             jitter: 0.0,
             lost_rows_per_s: 0.0,
             blanks_per_s: 0.0,
+            begins_s: 0.0,
             columns: vec![Column::U, Column::PA, Column::PB, Column::YRef],
         }
     }

@@ -98,7 +98,8 @@ fn record_once(
         t_s = next;
     }
 
-    let lost = stretches(rows, chain.period_s, chain.lost_rows_per_s, &mut losses);
+    let mut lost = stretches(rows, chain.period_s, chain.lost_rows_per_s, &mut losses);
+    lost[..times.partition_point(|t_s| *t_s < chain.begins_s)].fill(true);
     let keep = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(&lost).filter(|(_, lost)| !**lost).map(|(value, _)| *value).collect()
     };

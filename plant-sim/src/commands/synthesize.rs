@@ -71,6 +71,9 @@ pub(crate) struct Arguments {
     /// Stretches of blank fields per second and column
     #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative)]
     blanks: f64,
+    /// When the log begins after the experiment: in the middle of things
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = not_negative)]
+    begins: f64,
     /// Columns to record besides t_s and y_m
     #[arg(long, value_delimiter = ',', value_parser = column, default_value = "u_v,p_a_pa,p_b_pa,p_sup_pa,y_ref_m")]
     columns: Vec<Column>,
@@ -115,6 +118,10 @@ fn column(text: &str) -> Result<Column, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    if arguments.begins > arguments.duration - 1.0 {
+        let message = "--begins must leave a second of --duration to record";
+        return Err(CliError::Usage(message.into()));
+    }
     let rig_file = RigFile::read(&arguments.rig.rig)?;
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -179,6 +186,7 @@ fn chain(arguments: &Arguments, rig_file: &RigFile) -> Chain {
     chain.position.1 = arguments.position_bits;
     chain.jitter = arguments.jitter;
     chain.lost_rows_per_s = arguments.lost_rows;
+    chain.begins_s = arguments.begins;
     chain.blanks_per_s = arguments.blanks;
     chain.columns.clone_from(&arguments.columns);
     chain

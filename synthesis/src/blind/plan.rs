@@ -220,8 +220,12 @@ impl Plan {
         let family = family[rng.random_range(0..3)];
         let experiment = family.draw(&rig_file.rig, 40.0, &mut rng);
         let law = Law::for_rig(&rig_file.rig, rng.random_range(0.8..1.6));
-        let chain = self.chain(&rig_file, &which, &mut rng);
-        Case { rig_file, truth, causes, experiment, law, chain, seed: rng.random() }
+        let mut chain = self.chain(&rig_file, &which, &mut rng);
+        let seed = rng.random();
+        if rng.random_bool(0.3) {
+            chain.begins_s = rng.random_range(0.5..5.0);
+        }
+        Case { rig_file, truth, causes, experiment, law, chain, seed }
     }
 
     fn chain(&self, rig_file: &RigFile, which: &[Which], rng: &mut Xoshiro256PlusPlus) -> Chain {
