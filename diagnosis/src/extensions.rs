@@ -19,7 +19,7 @@ const FINISHED_STRAINED: usize = 6;
 /// Most candidates tried where nominal values are strained.
 const MOST_STRAINED: usize = 14;
 /// Fits of the same causes are one fit if their costs differ by no more than this.
-const SAME: f64 = 1.0;
+pub(crate) const SAME: f64 = 1.0;
 /// The best extensions found before are fitted anew where a channel's dispersion has changed by this factor.
 const DISPERSED: f64 = 1.1;
 

@@ -1,6 +1,6 @@
 //! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
 
-use crate::extensions::{Memory, Tried, Wanted, extensions};
+use crate::extensions::{Memory, SAME, Tried, Wanted, extensions};
 use crate::fit::{Fit, ITERATIONS, Problem};
 use crate::hypothesis::{self, Hypothesis, Slot};
 use crate::starts::mirror;
@@ -203,6 +203,7 @@ fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit
 /// could stand for each.
 fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
     let mut exchanges = 0;
+    let mut seen = Vec::new();
     loop {
         let effects = &best.hypothesis.effects;
         let without: Vec<Option<Fit>> = effects.par_iter().map(|e| refit_without(problem, &best, *e)).collect();
@@ -215,7 +216,7 @@ fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, 
             let Some(without) = without[place].clone() else { continue };
             let found = alternatives(problem, &best, effects[place], without, memory);
             if exchanges < EXCHANGES {
-                exchanged = better(problem, &best, &found.instead);
+                exchanged = better(problem, &best, &found.instead, &mut seen);
             }
             all[place] = Some(found);
             if exchanged.is_some() {
@@ -230,14 +231,22 @@ fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, 
     }
 }
 
-/// The best that becomes of some exchanges for a fit, if it is better.
-fn better(problem: &Problem<'_>, best: &Fit, instead: &[Fit]) -> Option<Fit> {
+/// The best that becomes of some exchanges for a fit, if it is better; none of those seen before, which are told by their
+/// causes and costs.
+fn better(problem: &Problem<'_>, best: &Fit, instead: &[Fit], seen: &mut Vec<(Vec<Effect>, f64)>) -> Option<Fit> {
     let (cost, enough) = (best.cost(problem), charged(problem, best) - 1.0);
     // A likelier exchange may be dearer only until what it makes needless is taken out.
     let likelier = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;
     let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
     likelier.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
-    let pruned = likelier.into_iter().take(MOST_PRUNED).map(|fit| prune(problem, fit.clone()));
+    let mut new = |fit: &&Fit| {
+        let (effects, cost) = (&fit.hypothesis.effects, fit.cost(problem));
+        let known = seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < SAME);
+        seen.push((effects.clone(), cost));
+        !known
+    };
+    let likelier: Vec<&Fit> = likelier.into_iter().take(MOST_PRUNED).filter(&mut new).collect();
+    let pruned = likelier.into_iter().map(|fit| prune(problem, fit.clone()));
     pruned
         .filter(|fit| charged(problem, fit) < enough)
         .min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)))

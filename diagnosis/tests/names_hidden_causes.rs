@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rig_files::{Column, Log, RigFile, Verdict};
 use synthesis::blind::{Class, Nominal, Plan, plans};
-use synthesis::{Case, Cause, Chain, Family, Law};
+use synthesis::{Case, Cause, Chain, Family, Law, Stated};
 
 fn cases(class: Class, nominal: Nominal, count: usize) -> Vec<(Plan, RigFile, Log, Vec<String>)> {
     plans(class, nominal, count, 20_261_120)
@@ -52,17 +52,18 @@ fn single_effects_are_named_first_and_alone_and_shuffled_names_would_not_pass() 
     }
 }
 
-/// 15 s of everyday work of rig (a), recorded from `begins_s` on.
-fn recorded_from(begins_s: f64, effect: Effect, values: [f64; 3]) -> (RigFile, Log) {
-    let rig_file = RigFile::paper_a();
+/// Everyday work of rig (a), its values stated with some tolerance, recorded for `duration_s` from `begins_s` on.
+fn recorded(causes: &[(Effect, [f64; 3])], tolerance: f64, begins_s: f64, duration_s: f64) -> (RigFile, Log) {
+    let mut rig_file = RigFile::paper_a();
+    rig_file.tolerance = Stated::UncertainKeys(tolerance).tolerance();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mut chain = Chain::standard(rig_file.io.position_range_m);
     chain.columns.push(Column::PSup);
     chain.begins_s = begins_s;
     let case = Case {
         truth: rig_file.rig,
-        causes: vec![Cause::Catalogue(effect, values)],
-        experiment: Family::Everyday.draw(&rig_file.rig, 15.0 + begins_s, &mut rng),
+        causes: causes.iter().map(|(effect, values)| Cause::Catalogue(*effect, *values)).collect(),
+        experiment: Family::Everyday.draw(&rig_file.rig, duration_s + begins_s, &mut rng),
         law: Law::for_rig(&rig_file.rig, 1.2),
         chain,
         seed: 7,
@@ -72,15 +73,38 @@ fn recorded_from(begins_s: f64, effect: Effect, values: [f64; 3]) -> (RigFile, L
     (case.rig_file, log)
 }
 
+/// Choked flow brings a conductance of its own: less in one direction is more in the other.
+#[test]
+fn fill_and_exhaust_are_tied_beside_choked_flow_and_the_plainer_one_is_named() {
+    let causes = [(Effect::ChokedFlow, [0.35, 1.0, 0.0]), (Effect::ExhaustCoefficient, [1.3, 0.0, 0.0])];
+    let (rig, log) = recorded(&causes, 0.0, 0.0, 20.0);
+    let diagnosis = found(&rig, &log);
+    let mut named: Vec<_> = diagnosis.causes.iter().map(|c| (c.id.as_str(), c.ties.clone())).collect();
+    named.sort();
+    let tied = vec![Effect::FillCoefficient.id().to_string()];
+    assert_eq!(named, [(Effect::ChokedFlow.id(), vec![]), (Effect::ExhaustCoefficient.id(), tied)]);
+}
+
+/// Beside values known to 2 % a scale of the position looks like six of them off together; its value is as uncertain.
+#[test]
+fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
+    let (rig, log) = recorded(&[(Effect::PositionScale, [0.93, 0.0, 0.0])], 0.02, 0.0, 20.0);
+    let diagnosis = found(&rig, &log);
+    let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
+    assert_eq!(named, [Effect::PositionScale.id()], "{:?}", diagnosis.verdict);
+    let scale = &diagnosis.causes[0].parameters[0];
+    assert!((0.004..0.012).contains(&scale.std_error) && (scale.value - 0.93).abs() < 0.016, "{scale:?}");
+}
+
 /// Where a valve's play stood and how far the supply had drooped before the log began is not known.
 #[test]
 fn a_log_may_begin_in_the_middle_of_things() {
-    for (effect, values) in [(Effect::ValveHysteresis, [0.15, 0.0, 0.0]), (Effect::SupplyDroop, [3.0e7, 0.3, 0.0])] {
+    for cause in [(Effect::ValveHysteresis, [0.15, 0.0, 0.0]), (Effect::SupplyDroop, [3.0e7, 0.3, 0.0])] {
         for begins_s in [1.2, 2.1, 3.3, 4.7] {
-            let (rig, log) = recorded_from(begins_s, effect, values);
+            let (rig, log) = recorded(&[cause], 0.0, begins_s, 15.0);
             let diagnosis = found(&rig, &log);
             let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
-            assert_eq!((named, diagnosis.verdict), (vec![effect.id()], Verdict::Explained), "{effect} {begins_s}");
+            assert_eq!((named, diagnosis.verdict), (vec![cause.0.id()], Verdict::Explained), "{} {begins_s}", cause.0);
         }
     }
 }
