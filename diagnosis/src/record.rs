@@ -19,9 +19,10 @@ const PRESSURE_REACH: usize = 9;
 const INTERRUPTION: f64 = 2.5;
 /// The command has gone through a play of any likely half-width once it has changed by twice this, V.
 const LARGEST_PLAY_V: f64 = 0.2;
-/// What happened before the log is forgotten after this long, s, but for a play; which counts as known after the second.
+/// What happened before the log is forgotten after this long, s, but for a play; all counts as known after this part of
+/// the log.
 const FORGOTTEN_S: f64 = 0.5;
-const LONGEST_UNKNOWN_S: f64 = 5.0;
+const LONGEST_UNKNOWN: f64 = 0.1;
 /// The log is cut into about this many chunks; every `HELD_BACK_EVERY`-th is held back.
 const CHUNKS: usize = 16;
 const HELD_BACK_EVERY: usize = 4;
@@ -354,14 +355,14 @@ impl Record {
     /// A log may begin in the middle of things: where in its play the valve's spool stands shows once the command has gone
     /// through it, and how far the supply has drooped before is forgotten in a while.
     fn find_valve_known(&self) -> f64 {
-        let Some(&first) = self.t_s.first() else { return 0.0 };
+        let (Some(&first), Some(&last)) = (self.t_s.first(), self.t_s.last()) else { return 0.0 };
         let (mut low, mut high) = (f64::MAX, f64::MIN);
         let through = self.u_v.iter().position(|u| {
             (low, high) = (low.min(*u), high.max(*u));
             high - low > 2.0 * LARGEST_PLAY_V
         });
         let through_s = through.map_or(0.0, |k| self.t_s[k] - first);
-        first + through_s.clamp(FORGOTTEN_S, LONGEST_UNKNOWN_S)
+        first + through_s.max(FORGOTTEN_S).min(LONGEST_UNKNOWN * (last - first))
     }
 
     /// Where the end stops read: a piston at rest against a force that would move it anywhere else.

@@ -158,3 +158,17 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adjustment_is_told_in_units_of_its_tolerance() {
+        let at =
+            |value| Calibration { name: "load.mass_kg".into(), nominal: 10.0, value, std_error: 0.01, tolerance: 0.2 };
+        assert_eq!(how_far(&at(9.85)), "within its stated tolerance");
+        assert_eq!(how_far(&at(10.62)), "3.1 times its stated tolerance");
+        assert!(tolerances(&at(10.62)) > STRAINED && tolerances(&at(10.4)) < STRAINED);
+    }
+}
