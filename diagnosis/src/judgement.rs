@@ -27,6 +27,8 @@ const PLAIN_GAIN: f64 = 0.1;
 const WHITE_ENOUGH: f64 = 1.12;
 /// Misfit and long-run variance up to which a balance may be noise: causes fitted to it make it a little less than white.
 const LIKE_NOISE: f64 = 1.25;
+/// Part of what causes take away that must lie above the misfit of white noise, or be strain of nominal values.
+const LEAST_EXCESS: f64 = 0.2;
 /// Most causes named at once.
 const MOST_NAMED: usize = 3;
 /// Beyond the most causes named, one that explains less of the gap than this is a lead and casts no doubt on the others.
@@ -68,7 +70,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let few = all.iter().filter(|c| c.share >= TRIFLE).count() <= MOST_NAMED;
     let trifles = all.len() > MOST_NAMED;
     let most = explains_most(found, balances);
-    let held = confirmed_on_hold_out(problem, found);
+    let held = explains_excess(problem, found, balances) && confirmed_on_hold_out(problem, found);
     let confirmed = few && most && held;
     let shadows = shadows(problem, found);
     let mut causes = Vec::new();
@@ -181,6 +183,20 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
         }
     }
     left == 0.0 || gained > left
+}
+
+/// Whether enough of what the causes take away is misfit beyond noise, or strain of nominal values: a model that
+/// suppresses noise, such as a large volume or mass that answers nothing, makes balances whiter than white.
+fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
+    let touched = touched(found);
+    let relieved = found.null.prior_cost - found.best.prior_cost;
+    let of = |value: fn(f64) -> f64| -> f64 {
+        let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
+        let gains = acted_on
+            .map(|b| (value(b.nominal_misfit) - value(b.extended_misfit)) * problem.noise_cost(b.channel.bit()));
+        gains.sum::<f64>() + relieved
+    };
+    touched == 0 || of(|misfit| misfit.max(1.0)) >= LEAST_EXCESS * of(|misfit| misfit)
 }
 
 /// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.

@@ -45,6 +45,17 @@ fn a_diagnosis_that_is_always_silent_is_right_about_null_logs_alone() {
 }
 
 #[test]
+fn tables_do_not_go_where_the_lines_of_the_cases_go() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = fake(folder.path(), QUIET);
+    let done = blind(folder.path(), &program, "--class null --nominal exact --logs 1 --seed 3 --out results.csv");
+    assert_eq!(done.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(said.contains("--out") && said.contains("write .md"), "{said}");
+    assert!(!folder.path().join("results.csv").exists());
+}
+
+#[test]
 fn a_constant_diagnosis_raises_alarms_and_a_case_is_replayed_by_its_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let program = fake(folder.path(), CONSTANT);

@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PROGRAM")]
     diagnosis: Option<PathBuf>,
     /// Where to write the tables; beside it, as .csv, one line per case
-    #[arg(long, value_name = "FILE", default_value = "out/blind-results.md")]
+    #[arg(long, value_name = "FILE", default_value = "out/blind-results.md", value_parser = tables)]
     out: PathBuf,
 }
 
@@ -76,6 +76,15 @@ fn nominal(text: &str) -> Result<Nominals, String> {
     }
     let found = Nominal::ALL.into_iter().find(|nominal| nominal.word() == text);
     found.map(|nominal| Nominals(vec![nominal])).ok_or_else(|| "must be exact, 2%, or both".to_string())
+}
+
+/// The file of the tables; the lines stand beside it.
+fn tables(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if path.extension().is_some_and(|extension| extension == "csv") {
+        return Err("must not end in .csv: that is where the lines of the cases go; write .md".into());
+    }
+    Ok(path)
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
