@@ -1,6 +1,7 @@
 //! What a diagnosis says: the content of `diagnosis.json`.
 
 use crate::balance::Channel;
+use crate::hypothesis::STRAINED;
 use crate::residual::{Dependence, Peak};
 use serde::Serialize;
 
@@ -43,6 +44,20 @@ pub struct Calibration {
     pub std_error: f64,
     /// Stated standard error of the rig file's value, in its unit.
     pub tolerance: f64,
+}
+
+impl Calibration {
+    /// How many times its stated tolerance the value was moved by.
+    #[must_use]
+    pub fn tolerances(&self) -> f64 {
+        (self.value - self.nominal).abs() / self.tolerance.max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether it was moved farther than its tolerance makes likely.
+    #[must_use]
+    pub fn is_strained(&self) -> bool {
+        self.tolerances() > STRAINED
+    }
 }
 
 /// How one balance stands after all.

@@ -40,7 +40,7 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         Verdict::NoGap if diagnosis.calibration.is_empty() => {
             (Tone::Good, "No gap: the rig file predicts this log as well as its noise allows.".to_string())
         }
-        Verdict::NoGap if diagnosis.calibration.iter().any(|value| tolerances(value) > STRAINED) => (
+        Verdict::NoGap if diagnosis.calibration.iter().any(Calibration::is_strained) => (
             Tone::Caution,
             "No gap that this log proves, but the rig file fits it only with values further off than their stated tolerance \
              makes likely: check those below."
@@ -66,17 +66,9 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
     }
 }
 
-/// A nominal value this many times its stated tolerance off deserves a look.
-const STRAINED: f64 = 2.5;
-
-/// How many times its stated tolerance a nominal value was moved by.
-fn tolerances(value: &Calibration) -> f64 {
-    (value.value - value.nominal).abs() / value.tolerance.max(f64::MIN_POSITIVE)
-}
-
 /// How far a nominal value was moved, beside its tolerance.
 pub(crate) fn how_far(value: &Calibration) -> String {
-    match tolerances(value) {
+    match value.tolerances() {
         times if times <= 1.0 => "within its stated tolerance".to_string(),
         times => format!("{times:.1} times its stated tolerance"),
     }
@@ -169,6 +161,6 @@ mod tests {
             |value| Calibration { name: "load.mass_kg".into(), nominal: 10.0, value, std_error: 0.01, tolerance: 0.2 };
         assert_eq!(how_far(&at(9.85)), "within its stated tolerance");
         assert_eq!(how_far(&at(10.62)), "3.1 times its stated tolerance");
-        assert!(tolerances(&at(10.62)) > STRAINED && tolerances(&at(10.4)) < STRAINED);
+        assert!(at(10.62).is_strained() && !at(10.4).is_strained());
     }
 }
