@@ -1,67 +1,37 @@
-//! Standard errors of fitted parameters.
+//! Why a log cannot be diagnosed.
 
-use crate::fit::{BUNDLE, Fit, Problem, Residuals, Slopes, regularised, weight};
-use nalgebra::{DMatrix, DVector};
+use crate::data::split::SHORTEST_STRETCH_S;
 
-/// Numerical error of the balances, in plainly visible changes of a parameter: they step at the log's own interval and
-/// take the other signals smoothed. On logs of exact simulations parameters come out right to about this part.
-const NUMERICAL: f64 = 0.003;
-
-impl Problem<'_> {
-    /// Adds standard errors to a fit: the inverse normal matrix with the errors' own correlation in time.
-    pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
-        let hypothesis = &fit.hypothesis;
-        let values = hypothesis.values.clone();
-        let Some(Slopes { base: residuals, columns, .. }) = self.slopes(&fit) else { return fit };
-        let references: Vec<&Residuals> = columns.iter().collect();
-        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
-        let n = columns.len();
-        // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
-        let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;
-        let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
-        let mut meat = DMatrix::<f64>::zeros(n, n);
-        for block in 0..length.div_ceil(per_block) {
-            let mut score = DVector::<f64>::zeros(n);
-            for channel in 0..4 {
-                let e = &residuals.channels[channel];
-                let range = block * per_block..((block + 1) * per_block).min(e.len());
-                for (i, column) in columns.iter().enumerate() {
-                    let a = &column.channels[channel];
-                    if a.is_empty() || range.start >= range.end {
-                        continue;
-                    }
-                    let sum: f64 = range.clone().map(|k| a[k] * weight(e[k]) * e[k]).sum();
-                    score[i] += sum / self.dispersion[channel];
-                }
-            }
-            meat += &score * score.transpose();
-        }
-        for i in 0..n {
-            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
-                meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
-            }
-        }
-        if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
-            let mut covariance = &inverse * meat * &inverse;
-            for i in 0..n {
-                // Never below what white noise alone would give.
-                covariance[(i, i)] = covariance[(i, i)].max(inverse[(i, i)]);
-            }
-            for i in 0..n {
-                if hypothesis.parameters[i].tolerance.is_none() {
-                    covariance[(i, i)] += NUMERICAL * NUMERICAL;
-                }
-                if let Some(width) = self.width(&fit, i) {
-                    covariance[(i, i)] = covariance[(i, i)].max((width / hypothesis.parameters[i].scale).powi(2));
-                }
-            }
-            for i in 0..n {
-                for j in 0..n {
-                    covariance[(i, j)] *= hypothesis.parameters[i].scale * hypothesis.parameters[j].scale;
-                }
-            }
-            fit.covariance = Some(covariance);
-        }
-        fit
-    }
+/// The least usable data.
+pub(crate) const LEAST_SAMPLES: usize = 200;
+/// Why a log cannot be diagnosed at all.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum DiagnosisError {
+    /// Too few complete samples.
+    #[error(
+        "the log has {found} samples in which all its measured columns have a value; at least {LEAST_SAMPLES} are needed: \
+         record longer, or leave out the column with the blanks"
+    )]
+    TooShort {
+        /// Complete samples found.
+        found: usize,
+    },
+    /// Complete samples, but none in a row.
+    #[error(
+        "the log is interrupted so often that no {SHORTEST_STRETCH_S} s of it hang together: record without losing rows, or \
+         leave out the column with the blanks"
+    )]
+    TooBroken,
+    /// No balance can be formed.
+    #[error(
+        "the log has no combination of columns that makes a balance: add u_v with p_a_pa or p_b_pa (mass balance), or both \
+         pressures (force balance)"
+    )]
+    NothingToJudge,
+    /// Without a command only the force balance could be formed, and nothing moves.
+    #[error("without u_v only the mechanics could be judged, and the piston hardly moves: add u_v, or record strokes")]
+    Still,
+    /// The rig file contradicts itself.
+    #[error("the rig cannot be simulated: {0}")]
+    Rig(plant_model::ParameterError),
 }

@@ -6,7 +6,7 @@
 //! several pressures are the unit of inference: what differs from one run to the next for unknown reasons (temperature,
 //! grease, sensor zero) is thousands of samples strong within a run, and still only one observation.
 
-use crate::smooth::{Smoothed, parabola};
+use crate::data::smoothing::{Smoothed, parabola};
 use nalgebra::{DMatrix, DVector};
 use rig_files::{Log, RigFile};
 use serde::Serialize;

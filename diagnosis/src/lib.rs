@@ -10,37 +10,27 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod advice;
-mod balance;
-mod beyond;
+mod balances;
+mod data;
 mod diagnose;
 mod errors;
-mod extensions;
-mod fit;
+mod estimate;
+mod explain;
 mod friction_map;
-mod holdout;
-mod hypothesis;
-mod judgement;
-mod noise;
+mod model;
 mod one_pressure;
 mod outcome;
-mod predicted;
-mod record;
-mod residual;
-mod ripple;
-mod rugged;
-mod search;
-mod smooth;
-mod starts;
-mod terms;
-mod worth;
+mod select;
+mod validate;
 
-pub use balance::Channel;
-pub use beyond::{Description, MissingTerm};
-pub use diagnose::{Diagnosis, DiagnosisError, Evidence, Hypothesised, LogSummary, diagnose};
+pub use data::channel::Channel;
+pub use data::noise::ChannelNoise;
+pub use data::quality::{Available, Quality};
+pub use diagnose::diagnose;
+pub use errors::DiagnosisError;
+pub use explain::residuals::{Curve, Model, Quantity, Residuals, Spectrum};
 pub use friction_map::{Finding, FrictionMap, FrictionMapError, FrictionRun, RippleLine, Stage, friction_map};
-pub use holdout::Overlay;
-pub use noise::ChannelNoise;
-pub use outcome::{Balance, Calibration, Cause, Estimate, Gain, HoldOut, PerChannel};
-pub use record::{Available, Quality};
-pub use residual::{Curve, Dependence, Model, Peak, Quantity, Residuals, Spectrum};
+pub use outcome::{
+    Balance, Calibration, Cause, Dependence, Description, Diagnosis, Estimate, Evidence, Gain, HoldOut, Hypothesised,
+    LogSummary, MissingTerm, Overlay, Peak, PerChannel,
+};

@@ -6,9 +6,8 @@
 //! the two together separate them. One direction alone does not. Whether the other chamber is driven nobody measured, so a
 //! force gets its name only if it is the weight of the moving mass.
 
-use crate::diagnose::{Diagnosis, Evidence, LogSummary};
-use crate::outcome::{Cause, Estimate};
-use crate::record::Record;
+use crate::data::record::Record;
+use crate::outcome::{Cause, Diagnosis, Estimate, Evidence, LogSummary};
 use plant_model::Effect;
 use rig_files::{RigFile, Verdict};
 

@@ -1,9 +1,10 @@
 //! What a diagnosis says: the content of `diagnosis.json`.
 
-use crate::balance::Channel;
-use crate::hypothesis::STRAINED;
-use crate::residual::{Dependence, Peak};
-use serde::Serialize;
+use crate::data::channel::Channel;
+use crate::data::quality::{Available, Quality};
+use crate::model::parameter::STRAINED;
+use rig_files::{RigFile, Verdict};
+use serde::{Serialize, Serializer};
 
 /// A fitted value with its standard error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -134,4 +135,148 @@ pub struct Gain {
     pub holdout: HoldOut,
     /// Prediction horizon, s.
     pub horizon_s: f64,
+}
+
+/// How much of a balance's error depends on one quantity.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Dependence {
+    /// See [`Quantity::id`]; `v_even` and `v_odd` are the parts of the dependence on velocity that are alike and opposite
+    /// in the two directions of motion.
+    pub quantity: &'static str,
+    /// Share of the variance of the nominal rig's errors, 0 to 1.
+    pub nominal: f64,
+    /// The same for the extended rig.
+    pub extended: f64,
+}
+
+/// Where in frequency the nominal rig errs most.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Peak {
+    /// Frequency, Hz.
+    pub hz: f64,
+    /// Power density of the nominal rig's errors there, over that of the sensor's noise.
+    pub nominal: f64,
+    /// The same for the extended rig.
+    pub extended: f64,
+}
+
+/// What a balance lacks, in closed form.
+#[derive(Clone, Debug, Serialize)]
+pub struct Description {
+    /// The terms, the most telling first.
+    pub terms: Vec<MissingTerm>,
+    /// Share of the misfit of the balances they act on that they take away on the part of the log held back; negative
+    /// where they make it worse.
+    pub holdout_share: f64,
+}
+
+/// A term found to be missing.
+#[derive(Clone, Debug, Serialize)]
+pub struct MissingTerm {
+    /// The channels whose balance lacks it.
+    pub channels: Vec<Channel>,
+    /// What it would be, in words.
+    pub words: &'static str,
+    /// The closed form, with `c` for the factor.
+    pub formula: String,
+    /// The factor.
+    pub factor: f64,
+    /// Standard error of the factor.
+    pub std_error: f64,
+}
+
+/// One prediction beside the measurement, for pictures.
+#[derive(Clone, Debug, Default)]
+pub struct Overlay {
+    /// Time, s.
+    pub t_s: Vec<f64>,
+    /// Measured position, m, and pressures, Pa.
+    pub measured: [Vec<f64>; 3],
+    /// Predicted by the nominal rig; NaN at restarts.
+    pub baseline: [Vec<f64>; 3],
+    /// Predicted by the extended rig.
+    pub extended: [Vec<f64>; 3],
+}
+
+fn as_word<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(verdict.word())
+}
+
+/// A hypothesis that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct Hypothesised {
+    /// Identifiers of its effects.
+    pub effects: Vec<&'static str>,
+    /// Minus log-likelihood.
+    pub cost: f64,
+    /// Whether it was fitted in full; else its cost is predicted to first order.
+    pub fitted: bool,
+}
+
+/// The result of a diagnosis.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// The verdict.
+    #[serde(serialize_with = "as_word")]
+    pub verdict: Verdict,
+    /// Causes, by how much of the gap each explains.
+    pub causes: Vec<Cause>,
+    /// Nominal values corrected within tolerance.
+    pub calibration: Vec<Calibration>,
+    /// Gain on the part held back; `null` where the log does not allow full predictions.
+    pub gain: Option<Gain>,
+    /// The same for a shorter and a longer horizon, where the part held back has room for them.
+    pub horizons: Vec<Gain>,
+    /// Rig keys and effects this log says nothing about.
+    pub not_identifiable: Vec<String>,
+    /// What to record next.
+    pub next_experiment: Option<String>,
+    /// Effects that lower the misfit of a balance that stays open: descriptions, not names.
+    pub leads: Vec<Cause>,
+    /// What the open balances lack, in closed form, where a few terms outside the catalogue describe it.
+    pub description: Option<Description>,
+    /// The balances.
+    pub balances: Vec<Balance>,
+    /// What the log holds and how good it is.
+    pub log: LogSummary,
+    /// All hypotheses tried, best first.
+    pub hypotheses: Vec<Hypothesised>,
+    /// The rig with its nominal values corrected and the causes added.
+    #[serde(skip)]
+    pub extended_rig: RigFile,
+    /// Material for pictures.
+    #[serde(skip)]
+    pub evidence: Evidence,
+}
+
+/// What the log holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct LogSummary {
+    /// Columns measured.
+    pub available: Available,
+    /// Sampling and noise.
+    pub quality: Quality,
+}
+
+/// Signals for pictures: innovations of nominal and extended model beside what they may depend on.
+#[derive(Clone, Debug, Default)]
+pub struct Evidence {
+    /// Time, s, of every sample used for fitting.
+    pub t_s: Vec<f64>,
+    /// Command, V (empty if not measured).
+    pub u_v: Vec<f64>,
+    /// Position, m.
+    pub y_m: Vec<f64>,
+    /// Velocity, m/s.
+    pub v_m_per_s: Vec<f64>,
+    /// Pressure of A, Pa (empty if not measured).
+    pub p_a_pa: Vec<f64>,
+    /// Pressure of B, Pa (empty if not measured).
+    pub p_b_pa: Vec<f64>,
+    /// Errors of the nominal rig in units of noise: p_a, p_b, y, p_sup; NaN where a prediction is not settled.
+    pub nominal: [Vec<f64>; 4],
+    /// The same for the extended rig.
+    pub extended: [Vec<f64>; 4],
+    /// Predictions on the part held back.
+    pub overlay: Overlay,
 }

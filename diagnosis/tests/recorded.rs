@@ -74,7 +74,8 @@ fn logs() -> Vec<Recorded> {
     let mut out: Vec<Recorded> = Vec::new();
     let mut add = |name: String, causes: Vec<Cause>, columns: Option<Vec<Column>>| {
         // FNV-1a of the name: a log stays the same whatever is added beside it.
-        let seed = name.bytes().fold(0xCBF2_9CE4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01B3));
+        let seed =
+            name.bytes().fold(0xCBF2_9CE4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01B3));
         let (rig, tolerance) = (rigs[(seed % 3) as usize].clone(), if seed & 64 == 0 { 0.0 } else { 0.02 });
         out.push(Recorded { name, causes, rig, tolerance, duration_s: 16.0, columns, seed });
     };
@@ -99,11 +100,8 @@ fn logs() -> Vec<Recorded> {
     for foreign in [Foreign::ALL[0], Foreign::ALL[1], Foreign::ALL[5]] {
         add(format!("unknown {foreign:?}"), vec![Cause::Foreign(foreign, middle(foreign))], None);
     }
-    let sets: [&[Column]; 3] = [
-        &[Column::U, Column::PA],
-        &[Column::PA, Column::PB],
-        &[Column::U, Column::PA, Column::PB, Column::PSup],
-    ];
+    let sets: [&[Column]; 3] =
+        [&[Column::U, Column::PA], &[Column::PA, Column::PB], &[Column::U, Column::PA, Column::PB, Column::PSup]];
     for (k, columns) in sets.into_iter().enumerate() {
         add(format!("columns {k}"), vec![typical(E::ViscousFriction)], Some(columns.to_vec()));
     }

@@ -1,0 +1,81 @@
+//! All balances of a model run over a log.
+
+use super::added::Added;
+use super::shared::Signals;
+use super::{chamber, piston, supply, valve};
+use crate::data::channel::{Channel, Channels};
+use crate::data::record::Record;
+use crate::data::split::Stretch;
+use plant_model::Plant;
+
+/// Which balances the log allows.
+pub(crate) fn judgeable(record: &Record) -> Channels {
+    let has = record.available;
+    let mut channels = 0;
+    if has.command && has.pressure_a {
+        channels |= Channel::PressureA.bit();
+    }
+    if has.command && has.pressure_b {
+        channels |= Channel::PressureB.bit();
+    }
+    if has.pressure_a && has.pressure_b && piston::moves(record) {
+        channels |= Channel::Position.bit();
+    }
+    if has.supply && has.command && has.pressure_a && has.pressure_b {
+        channels |= Channel::Supply.bit();
+    }
+    channels
+}
+
+/// Prediction errors in units of the channel's noise, sample by sample over the chosen stretches; NaN where a
+/// prediction is not settled yet.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Innovations {
+    pub(crate) channels: [Vec<f64>; 4],
+}
+
+/// Runs the wanted balances of a model, with some terms added, over some stretches of the log.
+pub(crate) fn innovations(
+    record: &Record,
+    signals: &Signals,
+    plant: &Plant<f64>,
+    added: &Added,
+    stretches: &[Stretch],
+    wanted: Channels,
+) -> Innovations {
+    let mut out = Innovations::default();
+    let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
+    if wanted & flows != 0 {
+        let openings = signals.openings.of(valve::Path::of(plant), || valve::openings(record, plant));
+        let supply = supply::pressures(record, plant, &openings);
+        for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
+            if wanted & channel.bit() != 0 {
+                let geometry = chamber::Geometry::of(plant, side);
+                let strokes = signals
+                    .strokes
+                    .of((geometry, stretches.to_vec()), || chamber::strokes(record, &geometry, stretches));
+                let drive = chamber::Drive {
+                    strokes: &strokes,
+                    openings: &openings,
+                    supply_pa: &supply.at_valve,
+                    added_kg_per_s: if side == chamber::Side::A {
+                        &added.flow_a_kg_per_s
+                    } else {
+                        &added.flow_b_kg_per_s
+                    },
+                };
+                out.channels[channel as usize] = chamber::innovations(record, plant, stretches, side, &drive);
+            }
+        }
+        if wanted & Channel::Supply.bit() != 0 {
+            out.channels[Channel::Supply as usize] = supply::innovations(record, stretches, &supply.predicted);
+        }
+    }
+    if wanted & Channel::Position.bit() != 0 {
+        let timing = piston::Timing::of(plant);
+        let forces = signals.forces.of((timing, stretches.to_vec()), || piston::forces(record, &timing, stretches));
+        out.channels[Channel::Position as usize] =
+            piston::innovations(record, plant, &forces, &added.force_n, stretches);
+    }
+    out
+}

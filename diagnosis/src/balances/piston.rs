@@ -1,0 +1,379 @@
+//! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
+
+use crate::data::noise::NUMERICAL_ERROR_M;
+use crate::data::record::{Moment, Record};
+use crate::data::smoothing::Smoothed;
+use crate::data::split::Stretch;
+use plant_model::friction::Response;
+use plant_model::{Plant, State};
+
+/// The first part of every stretch, s, during which the prediction settles and is not counted.
+const SETTLING_S: f64 = 0.1;
+/// Below this measured speed, in standard errors of the velocity, the piston is taken to be at rest at the start.
+const REST_SIGMAS: f64 = 4.0;
+
+/// Less motion than this tells nothing of mechanics and friction, s.
+const LEAST_MOTION_S: f64 = 0.5;
+
+/// A prediction this many standard deviations off while one piston rests and the other moves is given up.
+const MISPREDICTED: f64 = 6.0;
+
+/// Whether one of two velocities means rest and the other motion.
+fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
+    let (slower, faster) = if v.abs() < measured.abs() { (v, measured) } else { (measured, v) };
+    slower.abs() < at_rest && faster.abs() > 2.0 * at_rest
+}
+
+/// Prediction errors of the position in units of its noise.
+///
+/// `forces` are those within the stretches; `added_n` is a force beside the model's, by sample, opposing positive motion;
+/// empty for none.
+pub(crate) fn innovations(
+    record: &Record,
+    plant: &Plant<f64>,
+    forces: &Forces,
+    added_n: &[f64],
+    stretches: &[Stretch],
+) -> Vec<f64> {
+    let c = plant.coefficients();
+    let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(NUMERICAL_ERROR_M);
+    let omega = record.observer_rad_per_s;
+    let at_rest = REST_SIGMAS * record.velocity_error_m_per_s();
+    let timing = Timing::of(plant);
+    let mut out = Vec::with_capacity(forces.p_a_pa.len());
+    for stretch in stretches {
+        let first = out.len();
+        let driving = |stretch: &Stretch, k: usize| {
+            let added = if added_n.is_empty() {
+                0.0
+            } else {
+                timing.moment(record, stretch, k).map_or_else(|| added_n[k], |moment| moment.of(added_n))
+            };
+            driving(plant, forces, first + k - stretch.start, added)
+        };
+        let settled = record.t_s[stretch.start] + SETTLING_S;
+        let mut force = driving(stretch, stretch.start);
+        let mut piston = Piston::start(record, plant, &force, stretch.start);
+        // After breaking away before the real one did, the piston waits for it.
+        let mut waits = false;
+        for k in stretch.range() {
+            if record.at_end[k] {
+                // Follow the measurement until the piston has left the end for good.
+                out.push(f64::NAN);
+                if k + 1 < stretch.end {
+                    force = driving(stretch, k + 1);
+                    piston = Piston::start(record, plant, &force, k + 1);
+                }
+                continue;
+            }
+            let error = record.y_m[k] - c.position_scale * piston.y;
+            out.push(if record.t_s[k] >= settled { error * inverse_sigma } else { f64::NAN });
+            if k + 1 == stretch.end {
+                break;
+            }
+            let dt = record.interval_s(k);
+            let w = omega * dt;
+            piston.y += error / c.position_scale * (core::f64::consts::SQRT_2 * w).min(0.5);
+            let measured_v = record.motion.slope[k] / c.position_scale;
+            if waits {
+                force = driving(stretch, k + 1);
+                waits = measured_v.abs() < 2.0 * at_rest;
+                if !waits {
+                    piston = Piston::start(record, plant, &force, k + 1);
+                }
+                continue;
+            }
+            // Kicks of noise would shake resting bristles loose before their time.
+            if piston.v.abs() > at_rest || measured_v.abs() > at_rest {
+                piston.v += error / c.position_scale * omega * w;
+            }
+            let next = driving(stretch, k + 1);
+            if error.abs() * inverse_sigma > MISPREDICTED && at_odds(piston.v, measured_v, at_rest) {
+                // The piston broke away or came to rest at another time than predicted. That has been charged, and is
+                // charged once; what follows is predicted from how it really moves.
+                piston = Piston::start(record, plant, &next, k + 1);
+                waits = measured_v.abs() < at_rest;
+                force = next;
+                continue;
+            }
+            piston.step(plant, &force.middle(&next), dt);
+            force = next;
+        }
+    }
+    out
+}
+
+/// Bristles are fully bent from this part of the sliding limit on.
+const FULLY_BENT: f64 = 0.97;
+/// While they bend, a step may move them by this part of the limit.
+const BEND_STEP: f64 = 0.2;
+/// Most parts an interval is divided into.
+const MOST_PARTS: f64 = 40.0;
+/// A piston faster than this many Stribeck velocities that moves by the bristles' range within an interval slides: the
+/// bristles follow the sliding force as it is, if that changes within an interval by no more than this part of it …
+const SLIDING: f64 = 3.0;
+const GENTLE: f64 = 0.1;
+/// … or the piston moves by this many times their range, after which it does not matter how they were bent before.
+const FAR: f64 = 5.0;
+/// Static friction can hold the bristles beyond the sliding limit of the moment, but never this far.
+const BRISTLE_BACKSTOP: f64 = 3.0;
+
+/// What drives the piston at one instant.
+#[derive(Clone, Copy)]
+struct Driving {
+    /// Net force apart from friction, N.
+    force_n: f64,
+    p_a_pa: f64,
+    p_b_pa: f64,
+}
+
+impl Driving {
+    fn middle(&self, other: &Self) -> Self {
+        Self {
+            force_n: 0.5 * (self.force_n + other.force_n),
+            p_a_pa: 0.5 * (self.p_a_pa + other.p_a_pa),
+            p_b_pa: 0.5 * (self.p_b_pa + other.p_b_pa),
+        }
+    }
+}
+
+/// What the sensors' lags make of the measured pressures.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Timing {
+    pressure_lag_s: f64,
+    position_delay_s: f64,
+}
+
+impl Timing {
+    pub(crate) fn of(plant: &Plant<f64>) -> Self {
+        let c = plant.coefficients();
+        Self { pressure_lag_s: c.pressure_time_constant_s, position_delay_s: c.position_delay_s }
+    }
+
+    /// Where to read what was true when the position was that of a sample: a late one is compared with late pressures.
+    fn moment(&self, record: &Record, stretch: &Stretch, k: usize) -> Option<Moment> {
+        (self.position_delay_s > 0.0).then(|| record.moment(k, -self.position_delay_s, stretch.range()))
+    }
+}
+
+/// Forces and pressures at the samples of some stretches, in order, sensors' offsets included.
+pub(crate) struct Forces {
+    p_a_pa: Vec<f64>,
+    p_b_pa: Vec<f64>,
+    /// Empty if not measured.
+    external_n: Vec<f64>,
+}
+
+/// The pressures as the sensors' model says, and the measured force, within some stretches.
+pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) -> Forces {
+    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
+    let measured = if record.available.force { count } else { 0 };
+    let mut out = Forces {
+        p_a_pa: Vec::with_capacity(count),
+        p_b_pa: Vec::with_capacity(count),
+        external_n: Vec::with_capacity(measured),
+    };
+    for stretch in stretches {
+        for k in stretch.range() {
+            let late = timing.moment(record, stretch, k);
+            let at = |x: &[f64]| late.as_ref().map_or_else(|| x[k], |moment| moment.of(x));
+            let pressure = |smooth: &Smoothed| at(&smooth.value) + timing.pressure_lag_s * at(&smooth.slope);
+            out.p_a_pa.push(pressure(&record.p_a_smooth));
+            out.p_b_pa.push(pressure(&record.p_b_smooth));
+            if measured > 0 {
+                out.external_n.push(at(&record.f_ext_n));
+            }
+        }
+    }
+    out
+}
+
+/// What drives the piston at sample `k` of a stretch, which is number `place` of the forces.
+fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, added_n: f64) -> Driving {
+    let c = plant.coefficients();
+    let p_a_pa = forces.p_a_pa[place] - c.pressure_a_offset_pa;
+    let p_b_pa = forces.p_b_pa[place] - c.pressure_b_offset_pa;
+    let external = forces.external_n.get(place).copied().unwrap_or(0.0);
+    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n - added_n + external, p_a_pa, p_b_pa }
+}
+
+/// Position, velocity and bristle deflection.
+struct Piston {
+    y: f64,
+    v: f64,
+    z: f64,
+}
+
+impl Piston {
+    /// The state at a sample to start from: moving pistons have their bristles fully bent, resting ones hold the force.
+    fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
+        let c = plant.coefficients();
+        let v = record.motion.slope[k] / c.position_scale;
+        let y = record.motion.value[k] / c.position_scale;
+        let state = State { y_m: y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
+        let limit = plant.friction_level(&state).force_n / c.stiffness;
+        let doubtful = REST_SIGMAS * record.velocity_error_m_per_s();
+        if v.abs() > doubtful {
+            Self { y, v, z: limit * v.signum() }
+        } else {
+            Self { y, v: 0.0, z: (drive.force_n / c.stiffness).clamp(-limit, limit) }
+        }
+    }
+
+    /// One interval. While the bristles are still bending the step must resolve them; once they are fully bent they
+    /// follow the velocity, and the method's stability allows the whole interval at once.
+    fn step(&mut self, plant: &Plant<f64>, drive: &Driving, dt: f64) {
+        let c = plant.coefficients();
+        let way = self.v.abs() * dt;
+        if way * c.stiffness <= BEND_STEP * plant.least_friction_level_n() {
+            // The bristles hardly bend within the interval, whatever the sliding force.
+            self.part(plant, drive, &plant.friction_at(&self.state(drive)), dt);
+            return;
+        }
+        if let Some(after) = self.slid(plant, drive, dt) {
+            *self = after;
+            return;
+        }
+        let mut level = plant.friction_level(&self.state(drive));
+        let limit = level.force_n / c.stiffness;
+        let bending = self.z * self.v.signum() < FULLY_BENT * limit;
+        let bends = if bending { (way / (BEND_STEP * limit)).ceil() } else { 1.0 };
+        let parts = bends.clamp(1.0, MOST_PARTS);
+        for part in 0..parts as usize {
+            if part > 0 {
+                level = plant.friction_level(&self.state(drive));
+            }
+            let first = plant.friction().respond(self.z, self.v, &level);
+            self.part(plant, drive, &first, dt / parts);
+        }
+        // A backstop only: the model itself keeps the bristles within the limit.
+        self.z = self.z.clamp(-BRISTLE_BACKSTOP * limit, BRISTLE_BACKSTOP * limit);
+    }
+
+    /// One interval of sliding, by the trapezoidal rule: bristles that run through their whole range hold the sliding
+    /// force. `None` if the piston does not slide from beginning to end.
+    fn slid(&self, plant: &Plant<f64>, drive: &Driving, dt: f64) -> Option<Self> {
+        let c = plant.coefficients();
+        let direction = self.v.signum();
+        let fast = |v: f64| v * direction * plant.friction().inverse_stribeck_velocity > SLIDING;
+        if !fast(self.v) {
+            return None;
+        }
+        let half = 0.5 * dt / c.mass_kg;
+        let damping = half * c.viscous;
+        let ends = |friction_n: f64| {
+            ((1.0 - damping) * self.v + 2.0 * half * (drive.force_n - direction * friction_n)) / (1.0 + damping)
+        };
+        let moved = |v: f64| Self { y: self.y + 0.5 * dt * (self.v + v), v, z: self.z };
+        let before_n = c.stiffness * self.z * direction;
+        let after_n = plant.friction_level(&moved(ends(before_n)).state(drive)).force_n;
+        let bending = c.damping * (after_n - before_n) / (c.stiffness * dt);
+        let gentle = (after_n - before_n).abs() <= GENTLE * after_n;
+        let v = ends(if gentle { 0.5 * (before_n + after_n) + bending } else { after_n });
+        // How often the bristles run through their range.
+        let ranges = self.v.abs().min(v * direction) * dt * c.stiffness / after_n;
+        if !fast(v) || ranges < if gentle { 1.0 } else { FAR } {
+            return None;
+        }
+        let mut after = moved(v);
+        after.z = direction * after_n / c.stiffness;
+        after.stop_at_ends(c.half_stroke_m);
+        Some(after)
+    }
+
+    /// An end stop takes the velocity away.
+    fn stop_at_ends(&mut self, limit: f64) {
+        if self.y.abs() > limit && self.v * self.y > 0.0 {
+            self.y = self.y.clamp(-limit, limit);
+            self.v = 0.0;
+        }
+    }
+
+    /// As the plant model knows it.
+    fn state(&self, drive: &Driving) -> State<f64> {
+        State {
+            y_m: self.y,
+            v_m_per_s: self.v,
+            z_m: self.z,
+            p_a_pa: drive.p_a_pa,
+            p_b_pa: drive.p_b_pa,
+            ..State::default()
+        }
+    }
+
+    /// A part of an interval, with the friction at its start: velocity and bristles by an L-stable Rosenbrock method of
+    /// order 2 (ROS2).
+    fn part(&mut self, plant: &Plant<f64>, drive: &Driving, first: &Response<f64>, dt: f64) {
+        const GAMMA: f64 = 1.0 - core::f64::consts::FRAC_1_SQRT_2;
+        let c = plant.coefficients();
+        let inverse_mass = 1.0 / c.mass_kg;
+        let rate = |r: &Response<f64>| ((drive.force_n - r.force_n) * inverse_mass, r.bristle_rate);
+        let v_v = -(c.damping * first.rate_by_velocity + c.viscous) * inverse_mass;
+        let v_z = -(c.stiffness + c.damping * first.rate_by_bristle) * inverse_mass;
+        let (z_v, z_z) = (first.rate_by_velocity, first.rate_by_bristle);
+        let h = GAMMA * dt;
+        let (m00, m01, m10, m11) = (1.0 - h * v_v, -h * v_z, -h * z_v, 1.0 - h * z_z);
+        let inverse = 1.0 / (m00 * m11 - m01 * m10);
+        let solve = |(a, b): (f64, f64)| ((a * m11 - b * m01) * inverse, (b * m00 - a * m10) * inverse);
+        let k1 = solve(rate(first));
+        let between = Self { y: self.y, v: self.v + dt * k1.0, z: self.z + dt * k1.1 };
+        let second = plant.friction_at(&between.state(drive));
+        let f2 = rate(&second);
+        let k2 = solve((f2.0 - 2.0 * k1.0, f2.1 - 2.0 * k1.1));
+        let v = self.v + dt * (1.5 * k1.0 + 0.5 * k2.0);
+        self.z += dt * (1.5 * k1.1 + 0.5 * k2.1);
+        self.y += 0.5 * dt * (self.v + v);
+        self.v = v;
+        self.stop_at_ends(c.half_stroke_m);
+    }
+}
+
+/// Whether the piston moves for long enough that its mechanics can be judged. A resting one answers the noise of the
+/// measured pressures in the model and stands still in truth: what suppresses that noise would look like a cause.
+pub(crate) fn moves(record: &Record) -> bool {
+    let at_rest = REST_SIGMAS * record.velocity_error_m_per_s();
+    let moving = record.motion.slope.iter().filter(|v| v.abs() > at_rest).count();
+    moving as f64 * record.quality.interval_s >= LEAST_MOTION_S
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant_model::Effect;
+    use rig_files::RigFile;
+
+    /// A stroke of 0.6 s against friction that ripples, driven by a force that turns round.
+    fn stroke(v_m_per_s: f64, advance: impl Fn(&mut Piston, &Plant<f64>, &Driving)) -> (Vec<[f64; 2]>, usize) {
+        let mut file = RigFile::paper_a();
+        file.effects.set(Effect::FrictionPosition, &[0.2, 0.4, 0.02]);
+        let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
+        let level_n = plant.friction_level(&State { v_m_per_s, ..State::default() }).force_n;
+        let mut piston = Piston { y: 0.0, v: v_m_per_s, z: level_n / plant.coefficients().stiffness };
+        let (mut out, mut slid) = (Vec::new(), 0);
+        for k in 0..600 {
+            let force_n = 40.0 + 90.0 * (0.02 * f64::from(k)).cos();
+            let drive = Driving { force_n, p_a_pa: 4.0e5, p_b_pa: 3.5e5 };
+            slid += usize::from(piston.slid(&plant, &drive, 1.0e-3).is_some());
+            advance(&mut piston, &plant, &drive);
+            out.push([piston.y, piston.v]);
+        }
+        (out, slid)
+    }
+
+    #[test]
+    fn sliding_with_bent_bristles_is_what_resolved_bristles_do() {
+        let (fast, slid) = stroke(0.25, |piston, plant, drive| piston.step(plant, drive, 1.0e-3));
+        let (resolved, _) = stroke(0.25, |piston, plant, drive| {
+            for _ in 0..500 {
+                let first = plant.friction_at(&piston.state(drive));
+                piston.part(plant, drive, &first, 2.0e-6);
+            }
+        });
+        // Both ways of stepping took part.
+        assert!((100..550).contains(&slid), "{slid}");
+        for (k, ([y, v], [y_resolved, v_resolved])) in fast.iter().zip(&resolved).enumerate() {
+            assert!((y - y_resolved).abs() < 1.0e-4, "{k}: {y} {y_resolved}");
+            assert!((v - v_resolved).abs() < 5.0e-4, "{k}: {v} {v_resolved}");
+        }
+    }
+}

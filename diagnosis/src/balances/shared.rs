@@ -1,0 +1,56 @@
+//! Signals that many hypotheses share: each is computed once for all that agree in what it depends on.
+
+use super::chamber::{Geometry, Strokes};
+use super::piston::{Forces, Timing};
+use super::valve::Path;
+use crate::data::split::Stretch;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Signals kept of each kind: those of the hypotheses at work at the same time.
+const KEPT: usize = 24;
+
+/// The shared signals of one log.
+#[derive(Default)]
+pub(crate) struct Signals {
+    /// The valve's openings by command path.
+    pub(super) openings: Shared<Path, Vec<f64>>,
+    /// What the piston's motion does to the chambers' air in some stretches.
+    pub(super) strokes: Shared<(Geometry, Vec<Stretch>), Strokes>,
+    /// Forces and pressures on the piston in some stretches.
+    pub(super) forces: Shared<(Timing, Vec<Stretch>), Forces>,
+}
+
+/// Values by key, the least recently used one forgotten.
+pub(super) struct Shared<K, V> {
+    known: Mutex<Vec<(K, Arc<V>)>>,
+}
+
+impl<K, V> Default for Shared<K, V> {
+    fn default() -> Self {
+        Self { known: Mutex::default() }
+    }
+}
+
+impl<K: PartialEq, V> Shared<K, V> {
+    /// The value for a key, made unless it is known.
+    pub(super) fn of(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+        if let Some(value) = self.find(&key) {
+            return value;
+        }
+        let value = Arc::new(make());
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() >= KEPT {
+            known.remove(0);
+        }
+        known.push((key, Arc::clone(&value)));
+        value
+    }
+
+    fn find(&self, key: &K) -> Option<Arc<V>> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let place = known.iter().position(|(other, _)| other == key)?;
+        // The most recently used one last.
+        known[place..].rotate_left(1);
+        known.last().map(|(_, value)| Arc::clone(value))
+    }
+}

@@ -1,0 +1,60 @@
+//! The supply pressure at the valve: as measured, else nominal, else drooping with the flow drawn.
+
+use crate::data::record::Record;
+use crate::data::smoothing::Smoothed;
+use crate::data::split::Stretch;
+use crate::data::split::{interrupted, samples};
+use plant_model::Plant;
+
+/// Supply pressure by sample, Pa absolute.
+pub(crate) struct SupplyPressure {
+    /// What the chambers see: measured where it was measured.
+    pub(crate) at_valve: Vec<f64>,
+    /// What the model says of it.
+    pub(crate) predicted: Vec<f64>,
+}
+
+/// The flow drawn is computed with the chamber pressures as measured.
+pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
+    let c = plant.coefficients();
+    let n = record.len();
+    let lag = c.pressure_time_constant_s;
+    let truly =
+        |sensed: &Smoothed, offset: f64, k: usize| Some(sensed.value.get(k)? + lag * sensed.slope.get(k)? - offset);
+    let measured = record.available.supply;
+    let mut predicted = vec![c.supply_pa; n];
+    if c.droop_pa_s_per_kg > 0.0 {
+        let mut p = c.supply_pa;
+        for k in 0..n {
+            // What happened before the log, or while it was interrupted, shows in what was measured then.
+            let anew = k == 0 || interrupted(&record.t_s, k, record.quality.interval_s);
+            if let Some(sensed) = record.p_sup_smooth.value.get(k).filter(|_| anew) {
+                p = *sensed;
+            }
+            predicted[k] = p;
+            let fills_a = openings[k] >= 0.0;
+            let chamber = if fills_a {
+                truly(&record.p_a_smooth, c.pressure_a_offset_pa, k)
+            } else {
+                truly(&record.p_b_smooth, c.pressure_b_offset_pa, k)
+            };
+            let drawn = match chamber {
+                Some(chamber) => {
+                    plant.orifices().inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
+                }
+                None => 0.0,
+            };
+            let settled = c.supply_pa - c.droop_pa_s_per_kg * drawn;
+            p = settled + (p - settled) * (-record.interval_s(k) / c.droop_time_constant_s).exp();
+            p = p.max(c.atmosphere_pa);
+        }
+    }
+    let at_valve = if measured { record.p_sup_smooth.value.clone() } else { predicted.clone() };
+    SupplyPressure { at_valve, predicted }
+}
+
+/// Measured minus predicted supply pressure in units of its noise.
+pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64]) -> Vec<f64> {
+    let sigma = record.quality.supply.standard_deviation.max(1.0);
+    samples(stretches).map(|k| (record.p_sup_pa[k] - predicted[k]) / sigma).collect()
+}

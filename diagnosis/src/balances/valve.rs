@@ -1,0 +1,79 @@
+//! From the logged command to the valve's opening: delay, play, spool lag, dead zone, `atan(2 w)`.
+
+use crate::data::record::Record;
+use plant_model::Plant;
+use plant_model::dead_zone::DeadZone;
+use plant_model::valve_flow::Opening;
+
+/// What the openings depend on beside the log.
+#[derive(PartialEq)]
+pub(crate) struct Path {
+    dead_zone: DeadZone<f64>,
+    max_voltage_v: f64,
+    line_delay_s: f64,
+    play_half_width_v: f64,
+    spool_time_constant_s: f64,
+}
+
+impl Path {
+    pub(crate) fn of(plant: &Plant<f64>) -> Self {
+        let c = plant.coefficients();
+        Self {
+            dead_zone: c.dead_zone,
+            max_voltage_v: c.max_voltage_v,
+            line_delay_s: c.line_delay_s,
+            play_half_width_v: c.play_half_width_v,
+            spool_time_constant_s: c.spool_time_constant_s,
+        }
+    }
+}
+
+/// Signed opening `atan(2 w)` in rad, averaged over the interval behind each sample; positive fills A.
+pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
+    let c = plant.coefficients();
+    let (t, u) = (&record.t_s, &record.u_v);
+    let mut out = Vec::with_capacity(u.len());
+    let Some(&first) = u.first() else { return out };
+    let signed = |spool_v: f64| {
+        let opening = Opening::at(c.dead_zone.output_v(spool_v));
+        if opening.fills_a { opening.magnitude } else { -opening.magnitude }
+    };
+    let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
+    // A log is taken to begin with the valve at mid, see `Record::valve_known_s`.
+    let (mut played, mut spool) = (0.0f64.clamp(first - c.play_half_width_v, first + c.play_half_width_v), 0.0);
+    let mut source = 0;
+    let mut last = (f64::NAN, 0.0);
+    for k in 0..u.len() {
+        let (from, to) = (t[k], t[k] + record.interval_s(k));
+        let mut at = from;
+        let mut sum = 0.0;
+        loop {
+            while source + 1 < u.len() && t[source + 1] + c.line_delay_s <= at + 1.0e-9 {
+                source += 1;
+            }
+            let until = if source + 1 < u.len() { (t[source + 1] + c.line_delay_s).min(to) } else { to };
+            let duration = (until - at).max(0.0);
+            played = played.clamp(u[source] - c.play_half_width_v, u[source] + c.play_half_width_v);
+            let target = clamp(played);
+            let mean = if c.spool_time_constant_s > 1.0e-6 {
+                let rest = (-duration / c.spool_time_constant_s).exp();
+                let share = if duration > 0.0 { c.spool_time_constant_s / duration * (1.0 - rest) } else { 1.0 };
+                let mean = target + (spool - target) * share;
+                spool = target + (spool - target) * rest;
+                mean
+            } else {
+                target
+            };
+            if mean != last.0 {
+                last = (mean, signed(mean));
+            }
+            sum += last.1 * duration;
+            at = until;
+            if at >= to - 1.0e-9 {
+                break;
+            }
+        }
+        out.push(sum / (to - from).max(1.0e-9));
+    }
+    out
+}

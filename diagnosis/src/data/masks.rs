@@ -1,0 +1,265 @@
+//! Samples that a balance must not be judged by: end stops, sensors at their limit, chambers too small, and the beginning
+//! of a log, before which nobody knows what the valve did.
+
+use super::noise::{ChannelNoise, NUMERICAL_ERROR_PA};
+use super::record::Record;
+use super::smoothing::{PRESSURE_REACH, VOLUME_REACH};
+use core::ops::Range;
+use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
+use rig_files::RigFile;
+
+/// The command has gone through a play of any likely half-width once it has changed by twice this, V.
+const LARGEST_PLAY_V: f64 = 0.2;
+/// What happened before the log is forgotten after this long, s, but for a play; all counts as known after this part of
+/// the log.
+const FORGOTTEN_S: f64 = 0.5;
+const LONGEST_UNKNOWN: f64 = 0.1;
+/// Smoothed position errors are alike over about this many samples, which a fit bundles into one.
+const SAMPLES_ALIKE: f64 = 4.0;
+/// After leaving an end stop the force balance needs this long to settle, s.
+const END_LASTING_S: f64 = 0.1;
+/// A chamber smaller than this many tolerances of its volume at mid stroke may as well be closed: what its pressure does is
+/// anyone's guess.
+const UNKNOWN_VOLUME: f64 = 3.0;
+/// A piston that rests against this many times its static friction leans on an end stop, if its position reads no farther
+/// than this part of half the stroke from there.
+const LEANING: f64 = 3.0;
+const NEAR_END: f64 = 0.15;
+/// Fewer samples against a stop tell nothing of where it is.
+const LEAST_LEANING: usize = 50;
+
+/// A reading that repeats the log's lowest or highest value often enough in a row is at the sensor's limit, if noise would
+/// else have moved it.
+struct Railed {
+    /// Samples in a row.
+    in_a_row: usize,
+    /// Least noise, in smallest steps.
+    moved_by: f64,
+}
+/// Noise below this part of a signal's range is none: such a signal repeats itself wherever it rests.
+const LEAST_NOISE: f64 = 1.0e-5;
+const RAILED_POSITION: Railed = Railed { in_a_row: 20, moved_by: 0.6 };
+/// Pressures peak for a moment only.
+const RAILED_PRESSURE: Railed = Railed { in_a_row: 8, moved_by: 1.5 };
+
+/// Marks samples at the end stops or at the limits of the sensors, and what follows shortly after.
+pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
+    let mut out = vec![false; record.len()];
+    for (signal, noise) in [(&record.p_a_pa, record.quality.pressure_a), (&record.p_b_pa, record.quality.pressure_b)] {
+        for railed in railed(signal, noise, &RAILED_PRESSURE) {
+            out[around(&railed, 2 * PRESSURE_REACH, record.t_s.len())].fill(true);
+        }
+    }
+    let half = 0.5 * rig.rig.cylinder.stroke_m;
+    let [low, high] = rig.io.position_range_m;
+    let margin = 5.0 * record.quality.position.standard_deviation;
+    // A sensor of another scale reads the ends of the stroke elsewhere.
+    let [lower, upper] = record.end_stops_m;
+    let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
+    let lasting = (END_LASTING_S / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
+    let ends: Vec<usize> = (0..record.len()).filter(|&k| record.y_m[k] <= low || record.y_m[k] >= high).collect();
+    // A log of positions that never come near the middle has another zero than the rig file; then no end is known.
+    if ends.len() * 2 > record.len() {
+        return out;
+    }
+    for k in ends {
+        let until = (k + lasting).min(out.len());
+        out[k.saturating_sub(lasting / 4)..until].fill(true);
+    }
+    out
+}
+
+/// A log may begin in the middle of things: where in its play the valve's spool stands shows once the command has gone
+/// through it, and how far the supply has drooped before is forgotten in a while.
+pub(crate) fn valve_known_s(record: &Record) -> f64 {
+    let (Some(&first), Some(&last)) = (record.t_s.first(), record.t_s.last()) else { return 0.0 };
+    let (mut low, mut high) = (f64::MAX, f64::MIN);
+    let through = record.u_v.iter().position(|u| {
+        (low, high) = (low.min(*u), high.max(*u));
+        high - low > 2.0 * LARGEST_PLAY_V
+    });
+    let through_s = through.map_or(0.0, |k| record.t_s[k] - first);
+    first + through_s.max(FORGOTTEN_S).min(LONGEST_UNKNOWN * (last - first))
+}
+
+/// Where the end stops read: a piston at rest against a force that would move it anywhere else.
+pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
+    let half = 0.5 * rig.cylinder.stroke_m;
+    let enough_n = LEANING * rig.friction.static_n.max(rig.friction.coulomb_n);
+    let at_rest = 5.0 * record.velocity_error_m_per_s();
+    if !(record.available.pressure_a && record.available.pressure_b) {
+        return [None; 2];
+    }
+    [-1.0, 1.0].map(|side| {
+        let leans = |k: &usize| {
+            let force = (record.p_a_smooth.value[*k] - record.p_b_smooth.value[*k]) * rig.cylinder.area_m2;
+            (side * record.y_m[*k] / half - 1.0).abs() < NEAR_END
+                && side * force > enough_n
+                && record.motion.slope[*k].abs() < at_rest
+        };
+        let mut readings: Vec<f64> = (0..record.len()).filter(leans).map(|k| record.y_m[k]).collect();
+        let middle = readings.len() / 2;
+        (readings.len() >= LEAST_LEANING).then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
+    })
+}
+
+/// Position noise changes the computed volumes: near the end of a stroke that is more than the pressure noise.
+pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
+    let rig = &file.rig;
+    let c = &rig.cylinder;
+    let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * c.stroke_m;
+    // Variance of a parabola's value at its middle; what is left is alike over a bundle of samples.
+    let left = 2.25 / (2 * VOLUME_REACH + 1) as f64 * SAMPLES_ALIKE;
+    let position = record.quality.position.standard_deviation * left.sqrt();
+    let half = 0.5 * c.stroke_m;
+    let [lower, upper] = record.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
+    let tolerance = |key: &str| file.tolerance.own(key).unwrap_or(file.tolerance.default);
+    let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64, key: &str| -> Vec<f64> {
+        let unknown = UNKNOWN_VOLUME * tolerance(key) * volume_0;
+        let volume = |y: f64| (volume_0 + area * y * if y < 0.0 { lower } else { upper }).max(smallest);
+        let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * c.area_m2 / volume(y) * position;
+        let pairs = record.y_smooth.value.iter().zip(pressures);
+        let weight = |y: f64, p: f64| 1.0 / noise.max(NUMERICAL_ERROR_PA).hypot(by_volume(y, p));
+        pairs.map(|(y, p)| if volume(*y) < unknown { 0.0 } else { weight(*y, *p) }).collect()
+    };
+    let quality = &record.quality;
+    let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
+    let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2, "cylinder.volume_a0_m3");
+    let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2, "cylinder.volume_b0_m3");
+    // Where the piston is at the position sensor's limit, how large the chambers are is unknown.
+    for railed in railed(&record.y_m, quality.position, &RAILED_POSITION) {
+        for weight in [&mut weight_a, &mut weight_b] {
+            blank(weight, &railed);
+        }
+    }
+    for (weight, signal, noise) in
+        [(&mut weight_a, &record.p_a_pa, quality.pressure_a), (&mut weight_b, &record.p_b_pa, quality.pressure_b)]
+    {
+        for railed in railed(signal, noise, &RAILED_PRESSURE) {
+            blank(weight, &railed);
+        }
+    }
+    [weight_a, weight_b]
+}
+
+/// Samples at which a signal is at its sensor's limit: what it would have been is unknown there.
+fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<usize>> {
+    if noise.standard_deviation < at_limit.moved_by * noise.resolution {
+        return Vec::new();
+    }
+    let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    if low >= high || noise.standard_deviation < LEAST_NOISE * (high - low) {
+        return Vec::new();
+    }
+    let mut start = 0;
+    let runs = signal.chunk_by(|a, b| a == b).map(|run| {
+        start += run.len();
+        (start - run.len()..start, run[0])
+    });
+    runs.filter(|(run, x)| run.len() >= at_limit.in_a_row && (*x == low || *x == high)).map(|(run, _)| run).collect()
+}
+
+/// Takes the weight from some samples, and from those to which smoothing spreads what is unknown there.
+fn blank(weight: &mut [f64], railed: &Range<usize>) {
+    let unknown = around(railed, VOLUME_REACH, weight.len());
+    if let Some(part) = weight.get_mut(unknown) {
+        part.fill(0.0);
+    }
+}
+
+/// Some samples and those near them.
+fn around(samples: &Range<usize>, reach: usize, len: usize) -> Range<usize> {
+    samples.start.saturating_sub(reach)..(samples.end + reach).min(len)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::data::prepare::prepare;
+    use rig_files::{Log, RigFile};
+
+    /// A log of 20 s with both pressures, its position given by time; `jitter` is relative to 1 ms.
+    fn log(jitter: f64, y_m: impl Fn(f64) -> f64, p_pa: impl Fn(f64) -> [f64; 2]) -> Log {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
+        };
+        let mut out = Log { u_v: Some(vec![]), p_a_pa: Some(vec![]), p_b_pa: Some(vec![]), ..Log::default() };
+        let mut t_s = 0.0;
+        while t_s < 20.0 {
+            out.t_s.push(t_s);
+            // The sensor reads no farther than half a metre.
+            out.y_m.push((y_m(t_s) + 1.7e-4 * uniform()).clamp(-0.5, 0.5));
+            let [a, b] = p_pa(t_s);
+            let columns = [(&mut out.u_v, 0.0), (&mut out.p_a_pa, a), (&mut out.p_b_pa, b)];
+            for (column, value) in columns {
+                if let Some(column) = column {
+                    column.push(value + 1000.0 * uniform());
+                }
+            }
+            t_s += 1.0e-3 * (1.0 + 2.0 * jitter * uniform());
+        }
+        out
+    }
+
+    #[test]
+    fn a_moment_is_found_by_time_however_uneven_the_sampling() {
+        let record = prepare(&log(0.6, |t| 0.3 * t.sin(), |_| [3.0e5; 2]), &RigFile::paper_a());
+        let all = 0..record.len();
+        for by_s in [0.0173, -0.0173, 0.0] {
+            for k in (50..record.len() - 50).step_by(37) {
+                let found = record.moment(k, by_s, all.clone()).of(&record.t_s);
+                assert!((found - record.t_s[k] - by_s).abs() < 1.0e-9, "{k} {by_s} {found}");
+            }
+        }
+        // Nothing is known before the first and behind the last sample.
+        assert_eq!(record.moment(3, -1.0, all.clone()).of(&record.t_s), record.t_s[0]);
+        assert_eq!(record.moment(record.len() - 3, 1.0, all).of(&record.t_s), record.t_s[record.len() - 1]);
+    }
+
+    #[test]
+    fn chambers_are_not_judged_while_the_position_sensor_is_at_its_limit() {
+        let truly = |t: f64| 0.6 * t.sin();
+        let record = prepare(&log(0.0, truly, |_| [3.0e5; 2]), &RigFile::paper_a());
+        for k in 20..record.len() - 20 {
+            let y = truly(record.t_s[k]).abs();
+            if y > 0.505 {
+                assert_eq!((record.weight_a_per_pa[k], record.weight_b_per_pa[k]), (0.0, 0.0), "{}", record.t_s[k]);
+            } else if y < 0.45 {
+                assert!(record.weight_a_per_pa[k] > 0.0 && record.weight_b_per_pa[k] > 0.0, "{}", record.t_s[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_judged_while_a_pressure_sensor_is_at_its_limit() {
+        // The pressure of A peaks above what its sensor reads for a moment at a time.
+        let truly = |t: f64| 5.0e5 + 5.05e5 * (2.0 * t).sin().powi(31);
+        let mut log = log(0.0, |t| 0.3 * t.sin(), |t| [truly(t), 3.0e5]);
+        log.p_a_pa.iter_mut().flatten().for_each(|p| *p = p.min(1.0e6));
+        let record = prepare(&log, &RigFile::paper_a());
+        let mut seen = 0;
+        for k in 20..record.len() - 20 {
+            if truly(record.t_s[k]) > 1.0e6 + 600.0 {
+                assert!(record.at_end[k] && record.weight_a_per_pa[k] == 0.0, "{}", record.t_s[k]);
+                seen += 1;
+            }
+            assert!(record.weight_b_per_pa[k] > 0.0);
+        }
+        assert!(seen > 100, "{seen}");
+        assert!(record.at_end.iter().filter(|at_end| **at_end).count() < record.len() / 10);
+    }
+
+    #[test]
+    fn an_end_stop_is_where_the_piston_leans_not_where_it_is_told_to_stop() {
+        // A sensor 4 % short reads the end of the stroke at 0.48 m; the other end is only approached, by a held piston.
+        let y = |t: f64| if t < 6.0 { 0.48 } else { -0.48 };
+        let p = |t: f64| if t < 6.0 { [6.0e5, 1.5e5] } else { [3.0e5, 3.1e5] };
+        let record = prepare(&log(0.0, y, p), &RigFile::paper_a());
+        let [lower, upper] = record.end_stops_m;
+        assert!(upper.is_some_and(|upper| (upper - 0.48).abs() < 1.0e-3), "{upper:?}");
+        assert_eq!(lower, None);
+        let at = |t_s: f64| record.at_end[record.t_s.partition_point(|t| *t < t_s)];
+        assert!(at(3.0) && !at(15.0));
+    }
+}

@@ -1,0 +1,10 @@
+//! The log made ready: samples, stretches, noise, smoothing, masks.
+
+pub(crate) mod channel;
+pub(crate) mod masks;
+pub(crate) mod noise;
+pub(crate) mod prepare;
+pub(crate) mod quality;
+pub(crate) mod record;
+pub(crate) mod smoothing;
+pub(crate) mod split;

@@ -1,0 +1,94 @@
+//! A log made ready for the balances: what `prepare` makes of it, and what everything behind it reads.
+
+use super::quality::{Available, Quality};
+use super::smoothing::{Smoothed, VELOCITY_REACH};
+use super::split::Stretch;
+use core::ops::Range;
+
+/// A moment between two samples.
+#[derive(Clone, Copy)]
+pub(crate) struct Moment {
+    low: usize,
+    high: usize,
+    /// Part of the way from one to the other.
+    part: f64,
+}
+
+impl Moment {
+    /// A signal then, linear between the samples.
+    pub(crate) fn of(&self, signal: &[f64]) -> f64 {
+        signal[self.low] + (signal[self.high] - signal[self.low]) * self.part
+    }
+}
+
+/// The prepared log. All arrays have one entry per usable sample; channels not measured are empty.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Record {
+    pub(crate) t_s: Vec<f64>,
+    pub(crate) u_v: Vec<f64>,
+    pub(crate) y_m: Vec<f64>,
+    pub(crate) p_a_pa: Vec<f64>,
+    pub(crate) p_b_pa: Vec<f64>,
+    pub(crate) f_ext_n: Vec<f64>,
+    /// Position for volumes.
+    pub(crate) y_smooth: Smoothed,
+    /// Position for velocity: more smoothing.
+    pub(crate) motion: Smoothed,
+    pub(crate) p_a_smooth: Smoothed,
+    pub(crate) p_b_smooth: Smoothed,
+    /// Where the lower and the upper end stop read, m, if the piston leans on them.
+    pub(crate) end_stops_m: [Option<f64>; 2],
+    /// Whether the piston may touch an end stop, or a sensor its limit: there the force balance is open.
+    pub(crate) at_end: Vec<bool>,
+    /// Time from which on the valve and the air supply are where the log alone has taken them, s.
+    pub(crate) valve_known_s: f64,
+    /// Bandwidth of the position observer, rad/s.
+    pub(crate) observer_rad_per_s: f64,
+    /// One over the standard deviation of what a perfect prediction of p_a would miss, 1/Pa.
+    pub(crate) weight_a_per_pa: Vec<f64>,
+    /// The same for p_b.
+    pub(crate) weight_b_per_pa: Vec<f64>,
+    pub(crate) p_sup_pa: Vec<f64>,
+    pub(crate) p_sup_smooth: Smoothed,
+    pub(crate) stretches: Vec<Stretch>,
+    pub(crate) available: Available,
+    pub(crate) quality: Quality,
+}
+
+impl Record {
+    /// Number of usable samples.
+    pub(crate) fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// Time to the next sample, s; the usual interval behind the last one.
+    pub(crate) fn interval_s(&self, k: usize) -> f64 {
+        if k + 1 < self.len() { self.t_s[k + 1] - self.t_s[k] } else { self.quality.interval_s }
+    }
+
+    /// Standard error of the smoothed velocity, m/s: that of the slope of a straight line through `2 m + 1` samples,
+    /// `3 sigma^2 / (dt^2 m (m + 1) (2 m + 1))`.
+    pub(crate) fn velocity_error_m_per_s(&self) -> f64 {
+        let m = VELOCITY_REACH as f64;
+        let spread: f64 = 3.0 / (m * (m + 1.0) * (2.0 * m + 1.0));
+        self.quality.position.standard_deviation * spread.sqrt() / self.quality.interval_s.max(1.0e-6)
+    }
+
+    /// Where the time `by_s` after (before, if negative) sample `k` lies within some samples.
+    pub(crate) fn moment(&self, k: usize, by_s: f64, within: Range<usize>) -> Moment {
+        let t_s = self.t_s[k] + by_s;
+        let guess = k as f64 + by_s / self.quality.interval_s.max(1.0e-9);
+        let last = within.end.saturating_sub(1).max(within.start);
+        // Sampling is nearly even: the place is a few samples from the guess at most, unless the log is interrupted.
+        let mut low = (guess.max(0.0) as usize).clamp(within.start, last);
+        while low < last && self.t_s[low + 1] <= t_s {
+            low += 1;
+        }
+        while low > within.start && self.t_s[low] > t_s {
+            low -= 1;
+        }
+        let high = (low + 1).min(last);
+        let step = self.t_s[high] - self.t_s[low];
+        Moment { low, high, part: if step > 0.0 { ((t_s - self.t_s[low]) / step).clamp(0.0, 1.0) } else { 0.0 } }
+    }
+}

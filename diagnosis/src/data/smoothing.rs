@@ -1,0 +1,97 @@
+//! Local polynomial smoothing of a sampled signal, at its own sampling times.
+
+/// Samples on either side when smoothing position for chamber volumes.
+pub(crate) const VOLUME_REACH: usize = 7;
+/// Samples on either side when smoothing position for velocity.
+pub(crate) const VELOCITY_REACH: usize = 15;
+/// Samples on either side when smoothing pressures for forces, in each of two passes.
+pub(crate) const PRESSURE_REACH: usize = 9;
+
+/// Value and slope of a signal, sample by sample.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Smoothed {
+    /// Smoothed signal.
+    pub(crate) value: Vec<f64>,
+    /// First derivative, per second.
+    pub(crate) slope: Vec<f64>,
+}
+
+/// Fits a parabola to the `reach` samples on either side of each one (fewer near the ends of the stretch).
+///
+/// Zero phase; passes signals slower than about `1 / (2 reach dt)` and keeps the mean of a kink.
+pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: usize, out: &mut Smoothed) {
+    for k in 0..signal.len() {
+        let low = k.saturating_sub(reach);
+        let high = (k + reach + 1).min(signal.len());
+        let scale = ((t_s[high - 1] - t_s[low]) * 0.5).max(1.0e-12);
+        let mut s = [0.0f64; 5];
+        let mut b = [0.0f64; 3];
+        for i in low..high {
+            let x = (t_s[i] - t_s[k]) / scale;
+            // Differences to the centre keep the sums well conditioned.
+            let d = signal[i] - signal[k];
+            let x2 = x * x;
+            s[0] += 1.0;
+            s[1] += x;
+            s[2] += x2;
+            s[3] += x2 * x;
+            s[4] += x2 * x2;
+            b[0] += d;
+            b[1] += d * x;
+            b[2] += d * x2;
+        }
+        let (value, slope) = solve(&s, &b);
+        out.value.push(signal[k] + value);
+        out.slope.push(slope / scale);
+    }
+}
+
+/// Central differences of a smooth signal over one piece of it, per second; one-sided at its ends.
+pub(crate) fn slopes<'a>(
+    t_s: &'a [f64],
+    signal: &'a [f64],
+    piece: core::ops::Range<usize>,
+) -> impl Iterator<Item = f64> + 'a {
+    piece.clone().map(move |k| {
+        let (low, high) = (k.saturating_sub(1).max(piece.start), (k + 1).min(piece.end - 1));
+        let duration = t_s[high] - t_s[low];
+        if duration > 0.0 { (signal[high] - signal[low]) / duration } else { 0.0 }
+    })
+}
+
+/// The first two coefficients of the least-squares parabola; a lower degree where the samples do not carry one.
+fn solve(s: &[f64; 5], b: &[f64; 3]) -> (f64, f64) {
+    let m00 = s[2] * s[4] - s[3] * s[3];
+    let m01 = s[1] * s[4] - s[2] * s[3];
+    let m02 = s[1] * s[3] - s[2] * s[2];
+    let determinant = s[0] * m00 - s[1] * m01 + s[2] * m02;
+    if determinant.abs() > 1.0e-9 * s[0] * s[2] * s[4] {
+        let value = (b[0] * m00 - b[1] * m01 + b[2] * m02) / determinant;
+        let m11 = s[0] * s[4] - s[2] * s[2];
+        let m12 = s[0] * s[3] - s[1] * s[2];
+        let slope = (-b[0] * m01 + b[1] * m11 - b[2] * m12) / determinant;
+        return (value, slope);
+    }
+    let line = s[0] * s[2] - s[1] * s[1];
+    if line.abs() > 1.0e-12 {
+        return ((b[0] * s[2] - b[1] * s[1]) / line, (s[0] * b[1] - s[1] * b[0]) / line);
+    }
+    (if s[0] > 0.0 { b[0] / s[0] } else { 0.0 }, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parabola_passes_unchanged_even_at_irregular_times() {
+        let t: Vec<f64> = (0..200).map(|k| 1.0e-3 * k as f64 + 2.0e-4 * ((k * 7) % 5) as f64).collect();
+        let x: Vec<f64> = t.iter().map(|t| 1.0 + 3.0 * t - 20.0 * t * t).collect();
+        let mut out = Smoothed::default();
+        parabola(&t, &x, 10, &mut out);
+        for k in 0..t.len() {
+            assert!((out.value[k] - x[k]).abs() < 1.0e-9);
+            assert!((out.slope[k] - (3.0 - 40.0 * t[k])).abs() < 1.0e-6);
+        }
+    }
+}

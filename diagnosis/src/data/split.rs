@@ -1,0 +1,85 @@
+//! The log cut into stretches without interruption, and into a part for fitting and a part held back.
+
+use super::quality::Quality;
+use core::ops::Range;
+
+/// A step of time this many times the usual one interrupts the log.
+const INTERRUPTION: f64 = 2.5;
+/// The log is cut into about this many chunks; every `HELD_BACK_EVERY`-th is held back.
+const CHUNKS: usize = 16;
+const HELD_BACK_EVERY: usize = 4;
+/// Stretches shorter than this say nothing, s.
+pub(crate) const SHORTEST_STRETCH_S: f64 = 0.3;
+/// Nor do stretches of fewer samples.
+const LEAST_IN_A_STRETCH: usize = 8;
+
+/// Consecutive samples without interruption, all for fitting or all held back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Stretch {
+    pub(crate) start: usize,
+    pub(crate) end: usize,
+    pub(crate) held_back: bool,
+}
+
+impl Stretch {
+    pub(crate) fn range(&self) -> Range<usize> {
+        self.start..self.end
+    }
+}
+
+/// Whether samples are missing before sample `k`; `usual_s` is the usual interval.
+pub(crate) fn interrupted(t_s: &[f64], k: usize, usual_s: f64) -> bool {
+    k > 0 && k < t_s.len() && t_s[k] - t_s[k - 1] > INTERRUPTION * usual_s
+}
+
+/// Cuts the samples at interruptions and where the part held back begins or ends. Writes what it learns of the sampling
+/// into `quality`.
+pub(crate) fn stretches(t_s: &[f64], quality: &mut Quality) -> Vec<Stretch> {
+    let mut out = Vec::new();
+    let mut intervals: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
+    if intervals.is_empty() {
+        return out;
+    }
+    let middle = intervals.len() / 2;
+    let usual = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
+    quality.interval_s = usual;
+    let regular: Vec<f64> = intervals.into_iter().filter(|dt| *dt < INTERRUPTION * usual).collect();
+    if !regular.is_empty() {
+        let square = regular.iter().map(|dt| (dt / usual - 1.0).powi(2)).sum::<f64>() / regular.len() as f64;
+        quality.jitter = square.sqrt();
+    }
+
+    let len = t_s.len();
+    let chunk = len.div_ceil(CHUNKS).max(1);
+    let shortest = (SHORTEST_STRETCH_S / usual).ceil() as usize;
+    let mut start = 0;
+    for k in 1..=len {
+        let interrupted = interrupted(t_s, k, usual);
+        quality.interruptions += usize::from(interrupted);
+        let boundary = k == len || k % chunk == 0;
+        // Chunks of the same use stay together; so do a chunk and a remainder too short to stand alone.
+        let held_back = |k: usize| (k / chunk) % HELD_BACK_EVERY == HELD_BACK_EVERY - 1;
+        let changes = boundary && (k == len || held_back(k) != held_back(k - 1));
+        if interrupted || changes {
+            if k - start >= shortest.max(LEAST_IN_A_STRETCH) {
+                out.push(Stretch { start, end: k, held_back: held_back(k - 1) });
+            }
+            start = k;
+        }
+    }
+    out
+}
+
+/// All samples of a log of some length, cut where a stretch starts or ends.
+pub(crate) fn pieces(stretches: &[Stretch], len: usize) -> Vec<Range<usize>> {
+    let mut cuts: Vec<usize> = stretches.iter().flat_map(|s| [s.start, s.end]).collect();
+    cuts.extend([0, len]);
+    cuts.sort_unstable();
+    cuts.dedup();
+    cuts.windows(2).map(|w| w[0]..w[1]).collect()
+}
+
+/// The samples that some stretches cover, in order.
+pub(crate) fn samples(stretches: &[Stretch]) -> impl Iterator<Item = usize> + '_ {
+    stretches.iter().flat_map(Stretch::range)
+}

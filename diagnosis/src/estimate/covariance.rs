@@ -1,0 +1,69 @@
+//! Standard errors of fitted parameters.
+
+use super::derivatives::{Slopes, regularised};
+use super::likelihood::{BUNDLE, Residuals, weight};
+use super::problem::{Fit, Problem};
+use nalgebra::{DMatrix, DVector};
+
+/// Numerical error of the balances, in plainly visible changes of a parameter: they step at the log's own interval and
+/// take the other signals smoothed. On logs of exact simulations parameters come out right to about this part.
+const NUMERICAL: f64 = 0.003;
+
+impl Problem<'_> {
+    /// Adds standard errors to a fit: the inverse normal matrix with the errors' own correlation in time.
+    pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
+        let hypothesis = &fit.hypothesis;
+        let values = hypothesis.values.clone();
+        let Some(Slopes { base: residuals, columns, .. }) = self.slopes(&fit) else { return fit };
+        let references: Vec<&Residuals> = columns.iter().collect();
+        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
+        let n = columns.len();
+        // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
+        let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;
+        let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
+        let mut meat = DMatrix::<f64>::zeros(n, n);
+        for block in 0..length.div_ceil(per_block) {
+            let mut score = DVector::<f64>::zeros(n);
+            for channel in 0..4 {
+                let e = &residuals.channels[channel];
+                let range = block * per_block..((block + 1) * per_block).min(e.len());
+                for (i, column) in columns.iter().enumerate() {
+                    let a = &column.channels[channel];
+                    if a.is_empty() || range.start >= range.end {
+                        continue;
+                    }
+                    let sum: f64 = range.clone().map(|k| a[k] * weight(e[k]) * e[k]).sum();
+                    score[i] += sum / self.dispersion[channel];
+                }
+            }
+            meat += &score * score.transpose();
+        }
+        for i in 0..n {
+            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
+                meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
+            }
+        }
+        if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
+            let mut covariance = &inverse * meat * &inverse;
+            for i in 0..n {
+                // Never below what white noise alone would give.
+                covariance[(i, i)] = covariance[(i, i)].max(inverse[(i, i)]);
+            }
+            for i in 0..n {
+                if hypothesis.parameters[i].tolerance.is_none() {
+                    covariance[(i, i)] += NUMERICAL * NUMERICAL;
+                }
+                if let Some(width) = self.width(&fit, i) {
+                    covariance[(i, i)] = covariance[(i, i)].max((width / hypothesis.parameters[i].scale).powi(2));
+                }
+            }
+            for i in 0..n {
+                for j in 0..n {
+                    covariance[(i, j)] *= hypothesis.parameters[i].scale * hypothesis.parameters[j].scale;
+                }
+            }
+            fit.covariance = Some(covariance);
+        }
+        fit
+    }
+}

@@ -1,0 +1,144 @@
+//! Derivatives of the residuals by the parameters, and the normal matrix they make.
+
+use super::likelihood::{Residuals, weight};
+use super::problem::{Fit, Problem};
+use crate::data::channel::Channel;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Slot;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Steps that derivatives are taken with, in plainly visible changes. The force balance is rugged; that of the air is
+/// smooth, and directions that nearly cancel show only with small steps.
+pub(crate) struct SearchStep {
+    pub(crate) rugged: f64,
+    pub(crate) smooth: f64,
+}
+pub(crate) const SEARCH_STEP: SearchStep = SearchStep { rugged: 0.02, smooth: 1.0e-3 };
+
+/// Normal matrix and gradient.
+pub(crate) type Normal = (DMatrix<f64>, DVector<f64>);
+
+/// A fit's residuals with their derivatives by its parameters, in the parameters' order.
+pub(crate) struct Slopes {
+    pub(crate) base: Residuals,
+    pub(crate) columns: Vec<Residuals>,
+    slots: Vec<Slot>,
+}
+
+impl Slopes {
+    /// The derivatives by one parameter.
+    pub(crate) fn by(&self, slot: Slot) -> Option<&Residuals> {
+        self.slots.iter().position(|other| *other == slot).map(|place| &self.columns[place])
+    }
+}
+
+impl Problem<'_> {
+    /// Residual derivatives of one parameter by a one-sided difference, over the channels it acts on.
+    pub(crate) fn column(
+        &self,
+        hypothesis: &Hypothesis,
+        values: &[f64],
+        base: &Residuals,
+        index: usize,
+        step: &SearchStep,
+    ) -> Residuals {
+        let parameter = &hypothesis.parameters[index];
+        let rugged = Channel::Position.bit();
+        let mut out = Residuals::default();
+        for (channels, relative) in [(rugged, step.rugged), (!rugged, step.smooth)] {
+            let wanted = parameter.channels & channels;
+            if wanted == 0 {
+                continue;
+            }
+            let mut step = relative * parameter.scale;
+            let mut moved = values.to_vec();
+            if values[index] + step > parameter.max {
+                step = -step;
+            }
+            moved[index] += step;
+            let residuals = self.evaluate(hypothesis, &moved, wanted).or_else(|| {
+                step = -step;
+                moved[index] = values[index] + step;
+                self.evaluate(hypothesis, &moved, wanted)
+            });
+            for (channel, new) in residuals.iter().flat_map(|r| r.channels.iter().enumerate()) {
+                let pairs = new.iter().zip(&base.channels[channel]);
+                if !new.is_empty() {
+                    out.channels[channel] = pairs.map(|(a, b)| (a - b) / step * parameter.scale).collect();
+                }
+            }
+        }
+        out
+    }
+
+    /// The slopes at a fit.
+    pub(crate) fn slopes(&self, fit: &Fit) -> Option<Slopes> {
+        let h = &fit.hypothesis;
+        let base = self.evaluate(h, &h.values, self.judgeable)?;
+        let column = |index: usize| self.column(h, &h.values, &base, index, &SEARCH_STEP);
+        let columns = (0..h.values.len()).into_par_iter().map(column).collect();
+        Some(Slopes { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
+    }
+
+    /// Normal matrix and gradient in units of the parameters' scales; `known` is that of the first columns.
+    pub(crate) fn normal(
+        &self,
+        hypothesis: &Hypothesis,
+        values: &[f64],
+        base: &Residuals,
+        columns: &[&Residuals],
+        known: Option<&Normal>,
+    ) -> Normal {
+        let n = columns.len();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut gradient = DVector::zeros(n);
+        let first = known.map_or(0, |(_, gradient)| gradient.len());
+        if let Some((known_matrix, known_gradient)) = known {
+            matrix.view_mut((0, 0), (first, first)).copy_from(known_matrix);
+            gradient.rows_mut(0, first).copy_from(known_gradient);
+        }
+        for channel in 0..4 {
+            let residuals = &base.channels[channel];
+            if residuals.is_empty() {
+                continue;
+            }
+            let factor = 1.0 / self.dispersion[channel];
+            let weights: Vec<f64> = residuals.iter().map(|e| weight(*e) * factor).collect();
+            for i in first..n {
+                let a = &columns[i].channels[channel];
+                if a.is_empty() {
+                    continue;
+                }
+                let weighted: Vec<f64> = a.iter().zip(&weights).map(|(a, w)| a * w).collect();
+                gradient[i] += weighted.iter().zip(residuals).map(|(a, e)| a * e).sum::<f64>();
+                for j in 0..=i {
+                    let b = &columns[j].channels[channel];
+                    if !b.is_empty() {
+                        matrix[(i, j)] += weighted.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+                    }
+                }
+            }
+        }
+        for i in first..n {
+            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
+                let scaled = hypothesis.parameters[i].scale / tolerance;
+                matrix[(i, i)] += scaled * scaled;
+                gradient[i] += (values[i] - hypothesis.parameters[i].neutral) / tolerance * scaled;
+            }
+            for j in 0..i {
+                matrix[(j, i)] = matrix[(i, j)];
+            }
+        }
+        (matrix, gradient)
+    }
+}
+
+pub(crate) fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
+    let mut out = matrix.clone();
+    let largest = (0..out.nrows()).map(|i| out[(i, i)]).fold(0.0, f64::max);
+    for i in 0..out.nrows() {
+        out[(i, i)] += relative * largest.max(1.0e-30);
+    }
+    out
+}

@@ -1,0 +1,8 @@
+//! From a hypothesis to its maximum a posteriori estimate with standard errors.
+
+pub(crate) mod coordinate_search;
+pub(crate) mod covariance;
+pub(crate) mod derivatives;
+pub(crate) mod likelihood;
+pub(crate) mod optimiser;
+pub(crate) mod problem;

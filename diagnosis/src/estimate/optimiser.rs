@@ -1,0 +1,220 @@
+//! The maximum a posteriori estimate: Levenberg-Marquardt steps on the robust loss, with tolerances as priors.
+
+use super::derivatives::{SEARCH_STEP, Slopes};
+use super::likelihood::Residuals;
+use super::problem::{Fit, Problem};
+use crate::data::channel::Channels;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Parameter;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A small step: no parameter moves by more than this, in plainly visible changes, and the cost falls by no more than this
+/// part of it.
+const NEAR: f64 = 0.1;
+const SMALL_GAIN: f64 = 0.02;
+
+/// A step that gains less ends a fit: far below what any comparison asks for.
+const CONVERGED: f64 = 0.1;
+/// Beyond this many times the cost of noise steps are tried longer as well, and less of the cost is worth a step.
+const FAR_FROM_NOISE: f64 = 1.5;
+const CONVERGED_FAR: f64 = 1.0e-3;
+/// Iterations of a full fit.
+pub(crate) const ITERATIONS: usize = 20;
+/// So many steps in a row that each gain less than this part of what the goal asks for end a fit as well.
+const HOPELESS: f64 = 0.02;
+const HOPELESS_STEPS: usize = 2;
+/// Rounds of searching beside a solution on rugged ground.
+const RUGGED_ROUNDS: usize = 2;
+/// That search takes away no more than this part of what noise does not explain.
+const MOST_FOUND_BESIDE: f64 = 0.25;
+
+impl Problem<'_> {
+    /// Judges a hypothesis as it is.
+    pub(crate) fn judge(&self, hypothesis: Hypothesis) -> Option<Fit> {
+        self.refit(hypothesis, 0, 0)
+    }
+
+    /// Fits all parameters of a hypothesis from its values.
+    pub(crate) fn fit(&self, hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
+        self.settle(hypothesis, self.judgeable, iterations, f64::INFINITY)
+    }
+
+    /// [`Problem::refit`], and a look beside the solution on rugged ground, unless that could not take it to `goal`.
+    pub(crate) fn settle(
+        &self,
+        hypothesis: Hypothesis,
+        changed: Channels,
+        iterations: usize,
+        goal: f64,
+    ) -> Option<Fit> {
+        let mut fit = self.descend(hypothesis, changed, iterations, goal, None)?;
+        for _ in 0..RUGGED_ROUNDS {
+            let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
+            if fit.cost(self) - MOST_FOUND_BESIDE * left > goal {
+                break;
+            }
+            let Some(better) = self.beside(&fit, changed) else { break };
+            fit = self.descend(better, changed, iterations, goal, None)?;
+        }
+        Some(fit)
+    }
+
+    /// Fits the parameters that matter after something changed in some channels, by Levenberg-Marquardt steps from the
+    /// hypothesis' values; those of channels that no parameter ties to the changed ones stay where an earlier fit left
+    /// them.
+    pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
+        self.descend(hypothesis, changed, iterations, f64::INFINITY, None)
+    }
+
+    /// The first steps of a fit from the neighbourhood of another, with that one's slopes wherever there are any.
+    pub(crate) fn begin(
+        &self,
+        hypothesis: Hypothesis,
+        changed: Channels,
+        iterations: usize,
+        slopes: &Slopes,
+    ) -> Option<Fit> {
+        self.descend(hypothesis, changed, iterations, f64::INFINITY, Some(slopes))
+    }
+
+    fn descend(
+        &self,
+        mut hypothesis: Hypothesis,
+        changed: Channels,
+        iterations: usize,
+        goal: f64,
+        slopes: Option<&Slopes>,
+    ) -> Option<Fit> {
+        let mut values = hypothesis.values.clone();
+        let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
+        let reached = reached(&hypothesis.parameters, changed);
+        let free = |p: &Parameter| p.channels & reached != 0;
+        let mut cost = self.total(&residuals, &hypothesis, &values);
+        // Priors are many decades weaker than data where the two do not compete; damping must stay below both.
+        let mut damping = 1.0e-7;
+        let known: Vec<Option<&Residuals>> =
+            hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
+        let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
+        // After a small step the columns of nominal values serve once more. Only a step with all columns new ends a fit.
+        let mut all_new = true;
+        let mut hopeless = 0;
+        let noise = self.noise_cost(self.judgeable);
+        'iterations: for _ in 0..iterations {
+            if hypothesis.parameters.is_empty() {
+                break;
+            }
+            columns.par_iter_mut().enumerate().for_each(|(index, column)| {
+                let parameter = &hypothesis.parameters[index];
+                if known[index].is_none() && free(parameter) && (all_new || parameter.tolerance.is_none()) {
+                    *column = self.column(&hypothesis, &values, &residuals, index, &SEARCH_STEP);
+                }
+            });
+            let references: Vec<&Residuals> = columns.iter().collect();
+            let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &references, None);
+            for _ in 0..7 {
+                let mut held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
+                held.extend((0..values.len()).filter(|i| !free(&hypothesis.parameters[*i])));
+                let Some(step) = solve(&matrix, &gradient, &held, damping) else { break };
+                let trial = limited(&hypothesis.parameters, &values, &step);
+                let attempt = |trial: &[f64]| {
+                    let mut new = self.evaluate(&hypothesis, trial, reached)?;
+                    for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
+                        if new.is_empty() {
+                            new.clone_from(old);
+                        }
+                    }
+                    let cost = self.total(&new, &hypothesis, trial);
+                    Some((new, cost))
+                };
+                if let Some((mut new_residuals, mut new_cost)) = attempt(&trial)
+                    && new_cost < cost
+                {
+                    let mut trial = trial;
+                    let mut longer = step.clone();
+                    // Where errors are large, the robust loss makes steps too short.
+                    while new_cost > FAR_FROM_NOISE * noise {
+                        longer *= 2.0;
+                        let farther = limited(&hypothesis.parameters, &values, &longer);
+                        match attempt(&farther) {
+                            Some((residuals, cost)) if cost < new_cost => {
+                                (trial, new_residuals, new_cost) = (farther, residuals, cost);
+                            }
+                            _ => break,
+                        }
+                    }
+                    let gained = cost - new_cost;
+                    (values, residuals, cost) = (trial, new_residuals, new_cost);
+                    damping = (damping * 0.1).max(1.0e-13);
+                    hopeless = if gained < HOPELESS * (cost - goal) { hopeless + 1 } else { 0 };
+                    if hopeless >= HOPELESS_STEPS {
+                        break 'iterations;
+                    }
+                    let enough = if cost > FAR_FROM_NOISE * noise { CONVERGED_FAR } else { 1.0e-6 };
+                    let converged = gained < CONVERGED + enough * cost;
+                    if converged && all_new {
+                        break 'iterations;
+                    }
+                    let far = step.iter().any(|moved| moved.abs() > NEAR) || gained > SMALL_GAIN * cost;
+                    all_new = converged || far || !all_new;
+                    continue 'iterations;
+                }
+                damping = (damping * 60.0).max(1.0e-6);
+            }
+            if all_new {
+                break;
+            }
+            all_new = true;
+        }
+        hypothesis.values = values;
+        hypothesis.put_in_order();
+        Some(self.finish(hypothesis, &residuals))
+    }
+}
+
+/// The channels that a change in some of them reaches through parameters that act on several.
+fn reached(parameters: &[Parameter], changed: Channels) -> Channels {
+    let mut out = changed;
+    loop {
+        let more = parameters.iter().filter(|p| p.channels & out != 0).fold(out, |all, p| all | p.channels);
+        if more == out {
+            return out;
+        }
+        out = more;
+    }
+}
+
+/// Parameters at a bound beyond which the cost would fall.
+fn held_at_bounds(parameters: &[Parameter], values: &[f64], gradient: &DVector<f64>) -> Vec<usize> {
+    let at_bound = |i: usize| {
+        let (p, value) = (&parameters[i], values[i]);
+        (value <= p.min && gradient[i] > 0.0) || (value >= p.max && gradient[i] < 0.0)
+    };
+    (0..values.len()).filter(|i| at_bound(*i)).collect()
+}
+
+/// A damped Gauss-Newton step that leaves the parameters in `held` where they are.
+fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, held: &[usize], damping: f64) -> Option<DVector<f64>> {
+    let (mut damped, mut gradient) = (matrix.clone(), gradient.clone());
+    for &i in held {
+        damped.row_mut(i).fill(0.0);
+        damped.column_mut(i).fill(0.0);
+        damped[(i, i)] = 1.0;
+        gradient[i] = 0.0;
+    }
+    for i in 0..damped.nrows() {
+        damped[(i, i)] += damping * matrix[(i, i)] + 1.0e-10;
+    }
+    damped.cholesky().map(|c| -c.solve(&gradient))
+}
+
+/// The values after a step given in scales, kept within bounds. What is positive by nature moves by factors: where lengths,
+/// volumes, flows and masses can all change in step, that way is straight.
+fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec<f64> {
+    let moved = |(i, (p, v)): (usize, (&Parameter, &f64))| {
+        let by = step[i].clamp(-8.0, 8.0) * p.scale;
+        let new = if p.neutral > 0.0 && *v > 0.0 { v * (by / v).exp() } else { v + by };
+        new.clamp(p.min, p.max)
+    };
+    parameters.iter().zip(values).enumerate().map(moved).collect()
+}

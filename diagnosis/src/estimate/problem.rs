@@ -1,0 +1,169 @@
+//! The data that fits are judged on, and what a hypothesis costs there.
+
+use super::likelihood::{BUNDLE, Residuals, bundle, dispersion, loss};
+use crate::balances::observers::{self, Innovations};
+use crate::balances::shared::Signals;
+use crate::balances::term_library::{self, Term};
+use crate::data::channel::{Channel, Channels};
+use crate::data::record::Record;
+use crate::data::split::{SHORTEST_STRETCH_S, Stretch};
+use crate::model::effects;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Parameter;
+use nalgebra::DMatrix;
+use plant_model::Effect;
+use rig_files::RigFile;
+
+/// Candidates are compared on about this much of the log, s, taken in pieces of some length, s, from all of it.
+const ENOUGH_TO_COMPARE_S: f64 = 8.0;
+const PIECE_S: f64 = 1.5;
+
+/// The data a fit is judged on.
+pub(crate) struct Problem<'a> {
+    pub(crate) rig: &'a RigFile,
+    pub(crate) record: &'a Record,
+    pub(crate) stretches: Vec<Stretch>,
+    pub(crate) judgeable: Channels,
+    /// The nominal values that are corrected.
+    pub(crate) nominal: &'a [Parameter],
+    /// Signals computed already.
+    pub(crate) signals: &'a Signals,
+    /// The library of terms outside the catalogue.
+    pub(crate) terms: &'a [Term],
+    /// Divides the cost of each channel: how much more than white noise its innovations vary at best.
+    pub(crate) dispersion: [f64; 4],
+}
+
+/// The result of fitting a hypothesis.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub(crate) hypothesis: Hypothesis,
+    /// Half the robust sum of squares, per channel, in units of the noise, dispersion not included.
+    pub(crate) channel_cost: [f64; 4],
+    /// Half the squared deviations of nominal values in units of their tolerance.
+    pub(crate) prior_cost: f64,
+    /// Inverse of the normal matrix at the solution; empty until asked for.
+    pub(crate) covariance: Option<DMatrix<f64>>,
+}
+
+impl Fit {
+    /// Total cost with the problem's dispersion: minus log-likelihood up to a constant.
+    pub(crate) fn cost(&self, problem: &Problem<'_>) -> f64 {
+        let data: f64 = self.channel_cost.iter().zip(problem.dispersion).map(|(c, d)| c / d).sum();
+        data + self.prior_cost
+    }
+
+    /// Total cost with white noise in every channel.
+    pub(crate) fn undispersed(&self) -> f64 {
+        self.channel_cost.iter().sum::<f64>() + self.prior_cost
+    }
+
+    /// Cost in some channels with the problem's dispersion, tolerances left out.
+    pub(crate) fn cost_in(&self, problem: &Problem<'_>, channels: Channels) -> f64 {
+        problem.sum_over(&self.channel_cost, channels)
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// The same problem on the part of the log held back.
+    pub(crate) fn held_back(&self) -> Problem<'a> {
+        let stretches = self.record.stretches.iter().copied().filter(|s| s.held_back).collect();
+        Problem { stretches, ..*self }
+    }
+
+    /// The parameters of an effect on this rig.
+    pub(crate) fn parameters(&self, effect: Effect) -> Vec<Parameter> {
+        effects::effect_parameters(self.rig, effect, self.judgeable, &self.record.quality)
+    }
+
+    pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
+        let plant = hypothesis.plant(self.rig, values)?;
+        let added = term_library::sum(self.terms, hypothesis.factors(values));
+        let wanted = wanted & self.judgeable;
+        Some(bundle(&observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted)))
+    }
+
+    /// Costs by channel, summed over some channels with the problem's dispersion.
+    fn sum_over(&self, channel_cost: &[f64; 4], channels: Channels) -> f64 {
+        let pairs = channel_cost.iter().zip(self.dispersion).enumerate();
+        pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
+    }
+
+    /// What some values of a hypothesis' parameters cost in some channels, tolerances left out.
+    pub(crate) fn cost_of(&self, hypothesis: &Hypothesis, values: &[f64], channels: Channels) -> Option<f64> {
+        let residuals = self.evaluate(hypothesis, values, channels)?;
+        Some(self.sum_over(&Self::channel_cost(&residuals), channels))
+    }
+
+    /// Cost by channel.
+    fn channel_cost(residuals: &Residuals) -> [f64; 4] {
+        let mut cost = [0.0; 4];
+        for (cost, channel) in cost.iter_mut().zip(&residuals.channels) {
+            *cost = channel.iter().map(|e| loss(*e)).sum();
+        }
+        cost
+    }
+
+    pub(crate) fn total(&self, residuals: &Residuals, hypothesis: &Hypothesis, values: &[f64]) -> f64 {
+        let cost = Self::channel_cost(residuals);
+        cost.iter().zip(self.dispersion).map(|(c, d)| c / d).sum::<f64>() + prior(hypothesis, values)
+    }
+
+    /// The same problem on a part of its data, for comparisons among candidates; with how many times more data it has.
+    pub(crate) fn thinned(&self) -> (Self, f64) {
+        let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
+        let (all, interval) = (count(&self.stretches), self.record.quality.interval_s.max(1.0e-6));
+        let every = (all * interval / ENOUGH_TO_COMPARE_S).round().max(1.0) as usize;
+        let length = ((PIECE_S / interval) as usize).max(1);
+        let pieces = self.stretches.iter().flat_map(|stretch| {
+            let starts = stretch.range().step_by(length).map(|start| (start, (start + length).min(stretch.end)));
+            starts.map(|(start, end)| Stretch { start, end, ..*stretch })
+        });
+        let mut stretches: Vec<Stretch> = pieces.step_by(every).collect();
+        stretches.retain(|piece| piece.range().len() as f64 * interval >= SHORTEST_STRETCH_S);
+        if every == 1 || stretches.is_empty() {
+            stretches.clone_from(&self.stretches);
+        }
+        let ratio = all / count(&stretches).max(1.0);
+        (Self { stretches, ..*self }, ratio)
+    }
+
+    /// Cost that noise alone makes in some channels.
+    pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
+        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE;
+        0.5 * samples as f64 * f64::from(channels.count_ones())
+    }
+
+    /// A fit from the residuals at a hypothesis' values.
+    pub(crate) fn finish(&self, hypothesis: Hypothesis, residuals: &Residuals) -> Fit {
+        let prior_cost = prior(&hypothesis, &hypothesis.values);
+        Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
+    }
+
+    /// Innovations at a fit, for diagnostics and pictures.
+    pub(crate) fn innovations(&self, fit: &Fit) -> Option<Innovations> {
+        let values = &fit.hypothesis.values;
+        let plant = fit.hypothesis.plant(self.rig, values)?;
+        let added = term_library::sum(self.terms, fit.hypothesis.factors(values));
+        Some(observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, self.judgeable))
+    }
+
+    /// The channels' dispersion at a fit: variance of bundled innovations including their correlation over a block.
+    pub(crate) fn dispersion_at(&self, fit: &Fit) -> [f64; 4] {
+        let mut out = [1.0; 4];
+        let Some(innovations) = self.innovations(fit) else { return out };
+        for channel in Channel::ALL {
+            out[channel as usize] = dispersion(&innovations.channels[channel as usize]);
+        }
+        out
+    }
+}
+
+fn prior(hypothesis: &Hypothesis, values: &[f64]) -> f64 {
+    hypothesis
+        .parameters
+        .iter()
+        .zip(values)
+        .filter_map(|(p, v)| p.tolerance.map(|tolerance| 0.5 * ((v - p.neutral) / tolerance).powi(2)))
+        .sum()
+}

@@ -1,0 +1,38 @@
+//! A cause as the report names it: values with standard errors, ties, evidence, share of the gap.
+
+use super::sentences;
+use crate::estimate::problem::Problem;
+use crate::model::effects;
+use crate::model::parameter::Slot;
+use crate::outcome::{Cause, Estimate};
+use crate::select::search::Found;
+use plant_model::Effect;
+
+/// The cause that stands at a place among the best fit's effects.
+pub(crate) fn cause(problem: &Problem<'_>, found: &Found, effect: Effect, index: usize) -> Cause {
+    let best = &found.best;
+    let info = effect.info();
+    let values = best.hypothesis.values_of(effect);
+    let mut parameters = Vec::new();
+    for (place, parameter) in best.hypothesis.parameters.iter().enumerate() {
+        if let Slot::Effect(e, k) = parameter.slot
+            && e == effect
+        {
+            let value = best.hypothesis.values[place];
+            let variance = best.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
+            let inherited = value * effects::inherited(effect, problem.nominal);
+            let std_error = if variance.is_finite() { variance.max(0.0).sqrt().hypot(inherited) } else { f64::NAN };
+            parameters.push(Estimate { name: info.parameters[k].name.to_string(), value, std_error });
+        }
+    }
+    let loss = found.losses.get(index).copied().unwrap_or(0.0);
+    let cost = found.best.cost(problem).max(1.0);
+    let gap = (found.null.cost(problem) - found.best.cost(problem)).max(1.0);
+    Cause {
+        id: effect.id().to_string(),
+        parameters,
+        ties: found.ties.get(index).map(|t| t.iter().map(|e| e.id().to_string()).collect()).unwrap_or_default(),
+        evidence: sentences::evidence(effect, &values, loss / cost),
+        share: (loss / gap).clamp(0.0, 1.0),
+    }
+}

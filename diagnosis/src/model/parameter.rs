@@ -1,0 +1,48 @@
+//! One fitted number: what it stands for, where it may go, and in which channels it shows.
+
+use crate::data::channel::Channels;
+use plant_model::Effect;
+use rig_files::RigKey;
+
+/// A nominal value this many tolerances off is strained.
+pub(crate) const STRAINED: f64 = 2.5;
+
+/// What one number of the parameter vector stands for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Slot {
+    /// A nominal value of the rig, corrected within its tolerance.
+    Nominal(&'static RigKey),
+    /// A parameter of an effect.
+    Effect(Effect, usize),
+    /// The factor of a term outside the catalogue, by its place in the library.
+    Term(usize),
+}
+
+impl PartialEq for Slot {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Nominal(one), Self::Nominal(other)) => one.path == other.path,
+            (Self::Effect(one, index), Self::Effect(other, other_index)) => (one, index) == (other, other_index),
+            (Self::Term(one), Self::Term(other)) => one == other,
+            _ => false,
+        }
+    }
+}
+
+/// One fitted parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parameter {
+    pub(crate) slot: Slot,
+    /// Value at which it has no influence.
+    pub(crate) neutral: f64,
+    /// A plainly visible change: the unit of search steps.
+    pub(crate) scale: f64,
+    /// A deviation below this is no cause, however sure it is.
+    pub(crate) negligible: f64,
+    /// Standard error of the nominal value, for nominal values only.
+    pub(crate) tolerance: Option<f64>,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    /// Channels it acts on.
+    pub(crate) channels: Channels,
+}

@@ -1,0 +1,154 @@
+//! Exchange: a cause replaced by another that explains the log better, one at a time.
+
+use super::backward::{MOST_PRUNED, prune, refit_without};
+use super::forward::{Memory, SAME, Wanted, extensions};
+use super::image::image;
+use super::penalty::{TIE, charged, open, promise};
+use crate::estimate::optimiser::ITERATIONS;
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::effects;
+use crate::model::parameter::Slot;
+use plant_model::Effect;
+use rayon::prelude::*;
+
+/// Candidates tried in the place of each cause, and most exchanges.
+const ALTERNATIVES: usize = 5;
+const EXCHANGES: usize = 6;
+/// An exchange is likelier if the cost falls by this much; so many of them are tried to the end.
+const LIKELIER: f64 = 4.0;
+
+/// What stands in for a cause that is taken out: everything else fitted anew, and its best extensions.
+pub(crate) struct Alternatives {
+    pub(crate) without: Fit,
+    pub(crate) instead: Vec<Fit>,
+}
+
+fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit, memory: &mut Memory) -> Alternatives {
+    let wanted = Wanted { acting: effects::channels(effect), most: ALTERNATIVES };
+    let mut instead = extensions(problem, &without, &wanted, memory);
+    if let Some(mirrored) = mirrored(problem, best, effect) {
+        let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
+        instead.retain(|fit| last(fit) != last(&mirrored) || fit.cost(problem) < mirrored.cost(problem));
+        if !instead.iter().any(|fit| last(fit) == last(&mirrored)) {
+            memory.note(&mirrored);
+            instead.push(mirrored);
+        }
+    }
+    Alternatives { without, instead }
+}
+
+/// The same with a cause as the one that is nearly its image.
+fn mirrored(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
+    let hypothesis = image(problem, fit, effect)?;
+    let other = hypothesis.effects.last().copied()?;
+    let changed = effects::channels(effect) | effects::channels(other);
+    problem.settle(hypothesis, changed, ITERATIONS, fit.cost(problem))
+}
+
+/// Replaces causes one at a time by better ones, as long as that helps, those first that are missed least; with what else
+/// could stand for each.
+pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
+    let mut exchanges = 0;
+    let mut seen = Vec::new();
+    loop {
+        let effects = &best.hypothesis.effects;
+        let without: Vec<Option<Fit>> = effects.par_iter().map(|e| refit_without(problem, &best, *e)).collect();
+        let missed = |k: usize| without[k].as_ref().map_or(f64::INFINITY, |fit| fit.cost(problem));
+        let mut order: Vec<usize> = (0..effects.len()).collect();
+        order.sort_by(|a, b| missed(*a).total_cmp(&missed(*b)));
+        let mut all: Vec<Option<Alternatives>> = effects.iter().map(|_| None).collect();
+        let mut exchanged = None;
+        for place in order {
+            let Some(without) = without[place].clone() else { continue };
+            let found = alternatives(problem, &best, effects[place], without, memory);
+            if exchanges < EXCHANGES {
+                exchanged = better(problem, &best, &found.instead, &mut seen);
+            }
+            all[place] = Some(found);
+            if exchanged.is_some() {
+                break;
+            }
+        }
+        match exchanged {
+            Some(fit) => best = fit,
+            None => return (best, all),
+        }
+        exchanges += 1;
+    }
+}
+
+/// The best that becomes of some exchanges for a fit, if it is better; none of those seen before, which are told by their
+/// causes and costs.
+fn better(problem: &Problem<'_>, best: &Fit, instead: &[Fit], seen: &mut Vec<(Vec<Effect>, f64)>) -> Option<Fit> {
+    let (cost, enough) = (best.cost(problem), charged(problem, best) - 1.0);
+    // A likelier exchange may be dearer only until what it makes needless is taken out.
+    let likelier = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;
+    let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
+    likelier.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+    let mut new = |fit: &&Fit| {
+        let (effects, cost) = (&fit.hypothesis.effects, fit.cost(problem));
+        let known = seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < SAME);
+        seen.push((effects.clone(), cost));
+        !known
+    };
+    let likelier: Vec<&Fit> = likelier.into_iter().take(MOST_PRUNED).filter(&mut new).collect();
+    let pruned = likelier.into_iter().map(|fit| prune(problem, fit.clone()));
+    pruned
+        .filter(|fit| charged(problem, fit) < enough)
+        .min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)))
+}
+
+/// Of two names for the same beside choked flow, the one that leaves the conductance nearer to what is stated.
+pub(crate) fn plainest(
+    problem: &Problem<'_>,
+    best: Fit,
+    mut all: Vec<Option<Alternatives>>,
+) -> (Fit, Vec<Option<Alternatives>>) {
+    let conductance = |fit: &Fit| fit.hypothesis.value(Slot::Effect(Effect::ChokedFlow, 1));
+    let off = |fit: &Fit| conductance(fit).map_or(f64::INFINITY, |scale| scale.ln().abs());
+    let enough = charged(problem, &best) + TIE;
+    for place in 0..all.len() {
+        let effect = best.hypothesis.effects[place];
+        let image = match effect {
+            Effect::FillCoefficient => Effect::ExhaustCoefficient,
+            Effect::ExhaustCoefficient => Effect::FillCoefficient,
+            _ => continue,
+        };
+        let Some(alternatives) = &mut all[place] else { continue };
+        let plainer = |fit: &Fit| {
+            fit.hypothesis.effects.last() == Some(&image) && off(fit) < off(&best) && charged(problem, fit) < enough
+        };
+        let Some(found) = alternatives.instead.iter().position(plainer) else { continue };
+        let plain = alternatives.instead.remove(found);
+        // The cause that is exchanged stands last in the one and is an alternative of the other.
+        let mut other = best;
+        other.hypothesis.effects.retain(|e| *e != effect);
+        other.hypothesis.effects.push(effect);
+        alternatives.instead.push(other);
+        let moved = all.remove(place);
+        all.push(moved);
+        return (plain, all);
+    }
+    (best, all)
+}
+
+/// Where a balance stays open: the same with a cause as its image, and other causes exchanged beside it. One that pulls the
+/// other way can keep a third from being found, and look better beside a wrong one.
+pub(crate) fn exchange_mirrored(
+    problem: &Problem<'_>,
+    best: Fit,
+    all: Vec<Option<Alternatives>>,
+    memory: &mut Memory,
+) -> (Fit, Vec<Option<Alternatives>>) {
+    if !open(problem, &best) {
+        return (best, all);
+    }
+    for effect in best.hypothesis.effects.clone() {
+        let Some(image) = mirrored(problem, &best, effect) else { continue };
+        let (other, alternatives) = exchange(problem, image, memory);
+        if charged(problem, &other) < charged(problem, &best) - LIKELIER {
+            return (other, alternatives);
+        }
+    }
+    (best, all)
+}

@@ -1,0 +1,294 @@
+//! One more cause: which effects would help a fit most, ranked on a part of the data, the best fitted to all of it.
+
+use super::initial_values::{moves_in_step, starts, starts_fitted};
+use super::penalty::{TIE, gate, promise, wide_open};
+use super::visibility::candidates;
+use crate::data::channel::{Channel, Channels};
+use crate::estimate::derivatives::Slopes;
+use crate::estimate::optimiser::ITERATIONS;
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::effects;
+use crate::model::hypothesis::Hypothesis;
+use plant_model::Effect;
+use rayon::prelude::*;
+
+/// A candidate is fitted in full if its predicted gain is this part of what it must reach: predictions are linear.
+const PROMISING: f64 = 0.4;
+/// Candidates fitted in full in each round, best predicted gain first.
+const FITTED: usize = 7;
+/// Iterations after which candidates are compared, and how many of them are then finished.
+const FIRST_ITERATIONS: usize = 3;
+const FINISHED: usize = 3;
+const FINISHED_STRAINED: usize = 6;
+/// Most candidates tried where nominal values are strained.
+const MOST_STRAINED: usize = 14;
+/// Fits of the same causes are one fit if their costs differ by no more than this.
+pub(crate) const SAME: f64 = 1.0;
+/// The best extensions found before are fitted anew where a channel's dispersion has changed by this factor.
+const DISPERSED: f64 = 1.1;
+
+/// A hypothesis that was tried, for the appendix of the report.
+#[derive(Clone, Debug)]
+pub(crate) struct Tried {
+    pub(crate) effects: Vec<Effect>,
+    /// Cost with noise taken as white, whatever dispersion it was compared with: one scale for all.
+    pub(crate) cost: f64,
+    pub(crate) fitted: bool,
+}
+
+impl Tried {
+    /// Of a fit.
+    fn of(fit: &Fit) -> Self {
+        Self { effects: fit.hypothesis.effects.clone(), cost: fit.undispersed(), fitted: true }
+    }
+}
+
+/// What a search remembers.
+#[derive(Default)]
+pub(crate) struct Memory {
+    pub(crate) tried: Vec<Tried>,
+    explored: Vec<Explored>,
+}
+
+/// The extensions of a set of causes.
+struct Explored {
+    from: Fit,
+    /// Dispersion they were compared with.
+    dispersion: [f64; 4],
+    /// Each acts on one of these.
+    acting: Channels,
+    fits: Vec<Fit>,
+}
+
+impl Memory {
+    /// A hypothesis fitted in full.
+    pub(crate) fn note(&mut self, fit: &Fit) {
+        self.tried.push(Tried::of(fit));
+    }
+
+    /// What is known of extending a fit: another with the same causes, and no worse, was extended before. The last counts.
+    fn extensions(&self, problem: &Problem<'_>, from: &Fit, acting: Channels) -> Option<&Explored> {
+        let effects = &from.hypothesis.effects;
+        let same = |known: &Fit| {
+            known.hypothesis.effects.len() == effects.len()
+                && known.hypothesis.effects.iter().all(|effect| effects.contains(effect))
+        };
+        let enough = |e: &Explored| acting & !e.acting == 0 && same(&e.from);
+        self.explored.iter().rev().find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + SAME)
+    }
+}
+
+/// A candidate addition with its starting values and the gain predicted for it.
+struct Candidate {
+    effect: Effect,
+    starts: Vec<Vec<f64>>,
+    predicted: f64,
+}
+
+/// Where additions to a fit are compared: on a part of the data, which stands for the rest.
+struct Ground<'a> {
+    thinned: Problem<'a>,
+    /// How many times more data there is.
+    ratio: f64,
+    slopes: Slopes,
+    /// The fit with strained nominal values back where they should be, if any are.
+    relaxed: Option<(Fit, Slopes)>,
+}
+
+impl<'a> Ground<'a> {
+    fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
+        let (thinned, ratio) = problem.thinned();
+        let slopes = thinned.slopes(from)?;
+        let relax = || {
+            let fit = thinned.judge(from.hypothesis.relaxed())?;
+            let slopes = thinned.slopes(&fit)?;
+            Some((fit, slopes))
+        };
+        let relaxed = if from.hypothesis.strained() == 0 { None } else { relax() };
+        Some(Self { thinned, ratio, slopes, relaxed })
+    }
+
+    /// The slopes nearest to an addition that begins with strained values anew or where they are.
+    fn slopes(&self, anew: bool) -> &Slopes {
+        self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
+    }
+}
+
+/// The candidates for one more cause that acts on some channels, most promising first.
+fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>, acting: Channels) -> Vec<Candidate> {
+    let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
+        .into_iter()
+        .filter(|e| !from.hypothesis.effects.contains(e) && effects::channels(*e) & acting != 0)
+        .flat_map(|e| starts(problem, from, e).into_iter().map(move |start| (e, start)))
+        .collect();
+    let extended: Vec<Hypothesis> = open
+        .iter()
+        .map(|(effect, start)| from.hypothesis.beside(*effect, problem.parameters(*effect), start))
+        .collect();
+    let mut scores = ground.thinned.scores(from, &ground.slopes, &extended);
+    // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
+    if let Some((fit, slopes)) = &ground.relaxed {
+        let strained = from.hypothesis.strained();
+        let relieves = |k: &usize| effects::channels(open[*k].0) & strained != 0 && !moves_in_step(open[*k].0);
+        let relieving: Vec<usize> = (0..open.len()).filter(relieves).collect();
+        let beside = |k: &usize| {
+            let (effect, start) = &open[*k];
+            fit.hypothesis.beside(*effect, problem.parameters(*effect), start)
+        };
+        let others = ground.thinned.scores(fit, slopes, &relieving.iter().map(beside).collect::<Vec<_>>());
+        relieving.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
+    }
+    scores.iter_mut().for_each(|score| *score *= ground.ratio);
+    let mut out: Vec<Candidate> = Vec::new();
+    let mut order: Vec<usize> = (0..open.len()).collect();
+    order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+    for index in order {
+        let (effect, start) = &open[index];
+        let predicted = scores[index];
+        match out.iter_mut().find(|c| c.effect == *effect) {
+            Some(candidate) if candidate.starts.len() < starts_fitted(*effect) => candidate.starts.push(start.clone()),
+            Some(_) => {}
+            None => out.push(Candidate { effect: *effect, starts: vec![start.clone()], predicted }),
+        }
+    }
+    out.sort_by(|a, b| b.predicted.total_cmp(&a.predicted));
+    out
+}
+
+/// Which additions to a fit are wanted.
+pub(crate) struct Wanted {
+    /// They act on one of these.
+    pub(crate) acting: Channels,
+    /// How many are fitted.
+    pub(crate) most: usize,
+}
+
+impl Wanted {
+    /// Anything that helps.
+    pub(crate) fn any(problem: &Problem<'_>) -> Self {
+        Self { acting: problem.judgeable, most: FITTED }
+    }
+}
+
+/// Fits the most promising additions to a hypothesis; the best first.
+pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
+    let (explored, mut fits) = match memory.extensions(problem, from, wanted.acting) {
+        Some(explored) => (explored.acting, again(problem, explored)),
+        None => (wanted.acting, explore(problem, from, wanted, &mut memory.tried)),
+    };
+    let dispersion = problem.dispersion;
+    memory.explored.push(Explored { from: from.clone(), dispersion, acting: explored, fits: fits.clone() });
+    let acts = |effect: &Effect| effects::channels(*effect) & wanted.acting != 0;
+    fits.retain(|fit| fit.hypothesis.effects.last().is_some_and(acts));
+    fits
+}
+
+/// Extensions found before, as they compare now.
+fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
+    let mut fits = explored.fits.clone();
+    let by_promise = |a: &Fit, b: &Fit| promise(problem, a).total_cmp(&promise(problem, b));
+    fits.sort_by(by_promise);
+    let changed = |(new, old): (f64, f64)| new.max(old) > DISPERSED * new.min(old);
+    if problem.dispersion.into_iter().zip(explored.dispersion).any(changed) {
+        let first = fits.len().min(FINISHED);
+        fits[..first].par_iter_mut().for_each(|fit| {
+            if let Some(better) = problem.fit(fit.hypothesis.clone(), ITERATIONS) {
+                *fit = better;
+            }
+        });
+        fits.sort_by(by_promise);
+    }
+    fits
+}
+
+/// Extensions found anew.
+fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<Tried>) -> Vec<Fit> {
+    let Some(ground) = Ground::new(problem, from) else { return Vec::new() };
+    let mut candidates = promising(problem, from, &ground, wanted.acting);
+    let base = from.cost(problem);
+    let worth = |c: &Candidate| c.predicted > PROMISING * gate(problem, from, c.effect);
+    let mut count = candidates.iter().take_while(|c| worth(c)).count().min(wanted.most);
+    // Where nominal values are strained they hide what an effect would gain; then all that act there are tried.
+    let strained = from.hypothesis.strained();
+    if strained != 0 {
+        candidates.sort_by_key(|c| effects::channels(c.effect) & strained == 0 && !worth(c));
+        let tried = candidates.iter().take_while(|c| effects::channels(c.effect) & strained != 0 || worth(c));
+        count = tried.count().min(MOST_STRAINED);
+    }
+    let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
+    if candidates[..count].iter().any(|c| effects::channels(c.effect) & flows != 0)
+        && let Some(place) = candidates.iter().position(|c| c.effect == Effect::ChokedFlow)
+        && place >= count
+    {
+        candidates[count..=place].rotate_right(1);
+        count += 1;
+    }
+    let (chosen, rest) = candidates.split_at(count);
+    let list = |effect: Effect| {
+        let mut effects = from.hypothesis.effects.clone();
+        effects.push(effect);
+        effects
+    };
+    tried.extend(rest.iter().map(|c| Tried {
+        effects: list(c.effect),
+        cost: from.undispersed() - c.predicted,
+        fitted: false,
+    }));
+    let starts: Vec<(Effect, &[f64])> =
+        chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
+    // A few steps on a part of the data show which are worth more.
+    // Strained values stood in for what is missing: they start anew, or from where they are, whichever leads farther.
+    let open = wide_open(problem, from);
+    let mut begun: Vec<Fit> = starts
+        .par_iter()
+        .filter_map(|(effect, start)| {
+            let ways: &[bool] = if moves_in_step(*effect) {
+                &[false]
+            } else if strained & effects::channels(*effect) == 0 {
+                &[true]
+            } else {
+                &[true, false]
+            };
+            let begin = |anew: &bool| {
+                let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
+                let (channels, slopes) = (effects::channels(*effect), ground.slopes(*anew));
+                let fit = ground.thinned.begin(extended, channels, FIRST_ITERATIONS, slopes)?;
+                // What only tolerances tell apart must follow all data closely before they show, and stands in for
+                // anything while much else is missing.
+                let on_all_data = if moves_in_step(*effect) && !open { FIRST_ITERATIONS } else { 0 };
+                problem.refit(fit.hypothesis, channels, on_all_data)
+            };
+            ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
+        })
+        .collect();
+    begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
+    let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * TIE;
+    // From strained values a few steps lead less far.
+    let most = if strained == 0 { FINISHED } else { FINISHED_STRAINED };
+    let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, most).min(begun.len());
+    let mut fits: Vec<Fit> = begun
+        .par_iter()
+        .enumerate()
+        .filter_map(|(place, fit)| {
+            let changed = fit.hypothesis.effects.last().map_or(0, |effect| effects::channels(*effect));
+            let finish = || problem.settle(fit.hypothesis.clone(), changed, ITERATIONS, lowest);
+            if place < finished { finish() } else { Some(fit.clone()) }
+        })
+        .collect();
+    // The same effect from several starts: the best one counts.
+    fits.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    let mut seen: Vec<Effect> = Vec::new();
+    fits.retain(|fit| {
+        let added = fit.hypothesis.effects.last().copied();
+        added.is_some_and(|effect| {
+            !seen.contains(&effect) && {
+                seen.push(effect);
+                true
+            }
+        })
+    });
+    fits.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+    tried.extend(fits.iter().map(Tried::of));
+    fits
+}

@@ -1,0 +1,14 @@
+//! Which causes: score test, forward selection, backward elimination, exchange, ties.
+
+pub(crate) mod backward;
+pub(crate) mod exchange;
+pub(crate) mod forward;
+pub(crate) mod image;
+pub(crate) mod initial_values;
+pub(crate) mod penalty;
+pub(crate) mod ripple_spectrum;
+pub(crate) mod score_test;
+pub(crate) mod search;
+pub(crate) mod simplify;
+pub(crate) mod ties;
+pub(crate) mod visibility;

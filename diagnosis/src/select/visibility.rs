@@ -1,0 +1,58 @@
+//! Which effects the log could show at all, were they there.
+
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::effects;
+use plant_model::Effect;
+use rayon::prelude::*;
+
+/// Half the squared change of predictions, in noise units, from which on an effect counts as visible in a log.
+const RESPONDS: f64 = 50.0;
+
+/// The effects that would change the predictions visibly at a plainly visible strength, were they there.
+pub(crate) fn visible(problem: &Problem<'_>, fit: &Fit, candidates: &[Effect]) -> Vec<Effect> {
+    candidates.par_iter().copied().filter(|effect| problem.responds(fit, *effect)).collect()
+}
+
+impl Problem<'_> {
+    /// Whether an effect of plainly visible size would change the predictions by more than it must gain to be named.
+    pub(crate) fn responds(&self, fit: &Fit, effect: Effect) -> bool {
+        let parameters = self.parameters(effect);
+        let mut start: Vec<f64> = parameters.iter().map(|p| p.neutral + p.scale).collect();
+        match effect {
+            Effect::ChokedFlow => start = vec![0.3, 1.0],
+            Effect::SupplyDroop => start[1] = 0.1,
+            Effect::FrictionPosition => start = vec![parameters[0].scale, 0.0, 0.0],
+            _ => {}
+        }
+        if fit.hypothesis.effects.contains(&effect) {
+            return true;
+        }
+        let channels = parameters.iter().fold(0, |all, p| all | p.channels);
+        let extended = fit.hypothesis.beside(effect, parameters, &start);
+        let base = self.evaluate(&fit.hypothesis, &fit.hypothesis.values, channels);
+        let moved = self.evaluate(&extended, &extended.values, channels);
+        let (Some(base), Some(moved)) = (base, moved) else { return false };
+        let pairs = base.channels.iter().zip(&moved.channels).zip(self.dispersion);
+        let change: f64 = pairs.map(|((a, b), d)| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / d).sum();
+        0.5 * change > RESPONDS
+    }
+}
+
+/// Effects that the log could show at all.
+pub(crate) fn candidates(problem: &Problem<'_>) -> Vec<Effect> {
+    let has = problem.record.available;
+    Effect::ALL
+        .into_iter()
+        .filter(|effect| {
+            let channels = effects::channels(*effect);
+            let enough = match effect {
+                // Needs the pressures of both chambers.
+                Effect::LeakCrossPiston => has.pressure_a && has.pressure_b,
+                // Between position and pressure only: both must be there to disagree.
+                Effect::PositionDelay | Effect::PositionScale => has.pressure_a || has.pressure_b,
+                _ => true,
+            };
+            enough && channels & problem.judgeable != 0
+        })
+        .collect()
+}

@@ -1,0 +1,93 @@
+//! Beyond the catalogue: a sparse regression that describes what a balance still lacks.
+//!
+//! Terms of the library are added to the hypothesis one at a time, the most telling first, and fitted together with
+//! everything else, as long as each takes away more misfit than chance or a trifle would. What comes out is a
+//! description, never a name. It also guards the names: a cause that a single term makes needless was its shadow.
+
+use crate::data::channel::{Channel, Channels};
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Slot;
+use crate::outcome::{Description, MissingTerm};
+use crate::select::backward;
+use plant_model::Effect;
+use rayon::prelude::*;
+
+/// A term must lower the cost by this much: several are tried, and none has a physics of its own to speak for it.
+const GATE: f64 = 25.0;
+/// A term must take away this part of the cost of the balances it acts on.
+const RELEVANT: f64 = 0.03;
+/// Terms in one description.
+const MOST_TERMS: usize = 3;
+/// Terms fitted in full in each round.
+const FITTED: usize = 3;
+/// Iterations of a fit: factors enter linearly.
+const ITERATIONS: usize = 5;
+
+/// A hypothesis with terms added.
+pub(crate) struct Extended {
+    pub(crate) fit: Fit,
+    /// Their places in the library, in the order found.
+    pub(crate) terms: Vec<usize>,
+}
+
+/// Adds the terms that the balances in `where_` lack.
+pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Extended {
+    let mut out = Extended { fit: from.clone(), terms: Vec::new() };
+    while out.terms.len() < MOST_TERMS {
+        let open: Vec<usize> = (0..problem.terms.len())
+            .filter(|index| !out.terms.contains(index) && problem.terms[*index].channels & where_ != 0)
+            .collect();
+        let candidates: Vec<Hypothesis> =
+            open.iter().map(|index| out.fit.hypothesis.with_term(*index, problem.terms[*index].channels)).collect();
+        let Some(slopes) = problem.slopes(&out.fit) else { break };
+        let scores = problem.scores(&out.fit, &slopes, &candidates);
+        let mut order: Vec<usize> = (0..open.len()).filter(|k| scores[*k] > 0.5 * GATE).collect();
+        order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+        order.truncate(FITTED);
+        let best = order
+            .par_iter()
+            .filter_map(|k| {
+                let channels = problem.terms[open[*k]].channels;
+                Some((open[*k], problem.settle(candidates[*k].clone(), channels, ITERATIONS, f64::INFINITY)?))
+            })
+            .min_by(|(_, a), (_, b)| a.cost(problem).total_cmp(&b.cost(problem)));
+        let Some((index, fit)) = best else { break };
+        let channels = problem.terms[index].channels;
+        let before = out.fit.cost_in(problem, channels);
+        let gained = out.fit.cost(problem) - fit.cost(problem);
+        if gained < GATE.max(RELEVANT * before) {
+            break;
+        }
+        out.fit = fit;
+        out.terms.push(index);
+    }
+    out
+}
+
+/// The causes that become needless beside the terms: they only made up for what the catalogue lacks.
+pub(crate) fn shadows(problem: &Problem<'_>, extended: &Extended) -> Vec<Effect> {
+    let kept = backward::prune(problem, extended.fit.clone()).hypothesis.effects;
+    extended.fit.hypothesis.effects.iter().copied().filter(|e| !kept.contains(e)).collect()
+}
+
+/// Words and figures for the terms added to `from`; `held` is the part of the log held back.
+pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, extended: Extended) -> Description {
+    let Extended { fit, terms } = extended;
+    let fit = problem.with_errors(fit);
+    let found = fit.hypothesis.parameters.iter().enumerate().filter_map(|(place, parameter)| match parameter.slot {
+        Slot::Term(index) => Some((place, &problem.terms[index])),
+        _ => None,
+    });
+    let missing = found.map(|(place, term)| MissingTerm {
+        channels: Channel::ALL.into_iter().filter(|c| term.channels & c.bit() != 0).collect(),
+        words: term.words,
+        formula: term.formula.clone(),
+        factor: fit.hypothesis.values[place],
+        std_error: fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)].max(0.0).sqrt()),
+    });
+    let touched = terms.iter().fold(0, |all, index| all | problem.terms[*index].channels);
+    let on_held =
+        |hypothesis: &Hypothesis| held.judge(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, touched));
+    Description { terms: missing.collect(), holdout_share: 1.0 - on_held(&fit.hypothesis) / on_held(&from.hypothesis) }
+}

@@ -1,0 +1,256 @@
+//! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
+
+use crate::balances::{supply, valve};
+use crate::data::prepare;
+use crate::data::record::Record;
+use crate::data::split::Stretch;
+use crate::outcome::{Gain, HoldOut, Overlay, PerChannel};
+use plant_model::{Inputs, Plant, Simulator, State, Stepper, Tolerance};
+use rig_files::RigFile;
+
+/// Prediction horizon, s.
+pub(crate) const HORIZON_S: f64 = 0.2;
+/// The gain is told for these horizons as well, s.
+pub(crate) const OTHER_HORIZONS_S: [f64; 2] = [0.05, 1.0];
+/// The spool is run in for this long before each restart, s.
+const RUN_IN_S: f64 = 0.15;
+
+/// Two models to be compared on the part of a log held back.
+pub(crate) struct Comparison<'a> {
+    record: &'a Record,
+    baseline: Model,
+    extended: Model,
+}
+
+impl<'a> Comparison<'a> {
+    /// `None` if the log does not hold what a full prediction needs.
+    pub(crate) fn new(record: &'a Record, nominal: &RigFile, extended: &RigFile) -> Option<Self> {
+        let has = record.available;
+        if !(has.command && has.pressure_a && has.pressure_b) {
+            return None;
+        }
+        let model = |file: &RigFile| Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?));
+        Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
+    }
+
+    /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
+    pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
+        let Self { record, baseline, extended } = self;
+        let mut errors = [Errors::default(), Errors::default(), Errors::default()];
+        let mut overlay = Overlay::default();
+        let mut noise = Deviates(0x2545_F491_4F6C_DD1D);
+        for stretch in record.stretches.iter().filter(|s| s.held_back) {
+            for (start, end) in windows(record, stretch, horizon_s) {
+                let run_in = run_in(record, stretch, start);
+                let history = Commands { record, until: run_in };
+                let predictions =
+                    [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
+                // Were the extended model the rig, its predictions would still miss the sensors' noise, and what that
+                // and smoothing leave unknown about the start.
+                let perfect = as_if(record, extended, &history, run_in..end, &mut noise);
+                let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[run_in..end].to_vec() };
+                let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
+                for (k, at) in (start..end).enumerate() {
+                    let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
+                    errors[0].add(&measured, &predictions[0][k]);
+                    errors[1].add(&measured, &predictions[1][k]);
+                    let at_perfect = at - run_in;
+                    let sensed = [perfect.y_m[at_perfect], perfect.p_a_pa[at_perfect], perfect.p_b_pa[at_perfect]];
+                    errors[2].add(&sensed, &own[k]);
+                    overlay.t_s.push(record.t_s[at]);
+                    for channel in 0..3 {
+                        overlay.measured[channel].push(measured[channel]);
+                        overlay.baseline[channel].push(predictions[0][k][channel]);
+                        overlay.extended[channel].push(predictions[1][k][channel]);
+                    }
+                }
+            }
+        }
+        if errors[0].count == 0.0 {
+            return None;
+        }
+        let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| e.rmse());
+        Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
+    }
+}
+
+/// Starts and ends of predictions within a stretch, none of them touching an end stop.
+fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<(usize, usize)> {
+    let interval = record.quality.interval_s.max(1.0e-6);
+    let (run_in, length) = ((RUN_IN_S / interval) as usize, (horizon_s / interval) as usize);
+    let mut out = Vec::new();
+    let mut start = stretch.start + run_in;
+    while start + length <= stretch.end && length > 1 {
+        if !record.at_end[start - run_in..start + length].iter().any(|at_end| *at_end) {
+            out.push((start, start + length));
+        }
+        start += length;
+    }
+    out
+}
+
+/// A model with the supply pressure it sees over a recording: as measured, else as the model says.
+struct Model {
+    plant: Plant<f64>,
+    supply_pa: Vec<f64>,
+}
+
+impl Model {
+    fn new(record: &Record, plant: Plant<f64>) -> Self {
+        let openings = valve::openings(record, &plant);
+        let supply_pa = supply::pressures(record, &plant, &openings).at_valve;
+        Self { plant, supply_pa }
+    }
+}
+
+/// The commands of a recording up to a sample: where a valve's play stands depends on all of them.
+struct Commands<'a> {
+    record: &'a Record,
+    until: usize,
+}
+
+impl Commands<'_> {
+    /// A simulator that begins in a state, with these commands behind it.
+    fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
+        let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
+        let c = plant.coefficients();
+        let first = if c.line_delay_s > 0.0 || c.play_half_width_v > 0.0 { 0 } else { self.until };
+        for k in first..self.until {
+            simulator.recall(self.record.u_v[k], self.record.interval_s(k));
+        }
+        simulator
+    }
+}
+
+/// Where to begin so that the spool has run in at `start`.
+fn run_in(record: &Record, stretch: &Stretch, start: usize) -> usize {
+    let interval = record.quality.interval_s.max(1.0e-6);
+    start - ((RUN_IN_S / interval) as usize).min(start - stretch.start)
+}
+
+/// What the sensors would have shown over a part of the recording had the model been the rig, noise included.
+fn as_if(
+    record: &Record,
+    model: &Model,
+    history: &Commands<'_>,
+    range: core::ops::Range<usize>,
+    noise: &mut Deviates,
+) -> Record {
+    let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
+    let q = &record.quality;
+    let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
+    for k in range.clone() {
+        let m = simulator.measure();
+        let sigmas = [&q.position, &q.pressure_a, &q.pressure_b].map(|channel| channel.standard_deviation);
+        for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
+            signal.push(value + noise.next() * sigma);
+        }
+        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
+    }
+    prepare::replaced(record, range, signals)
+}
+
+/// The state at a sample as far as the sensors tell it.
+fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
+    let plant = &model.plant;
+    let c = plant.coefficients();
+    // A late signal shows later what was true then.
+    let then = record.moment(k, c.position_delay_s, 0..record.len());
+    let (y, v) = (then.of(&record.motion.value) / c.position_scale, then.of(&record.motion.slope) / c.position_scale);
+    let lag = c.pressure_time_constant_s;
+    let (sensed_a, sensed_b) =
+        (record.p_a_smooth.value[k] - c.pressure_a_offset_pa, record.p_b_smooth.value[k] - c.pressure_b_offset_pa);
+    let (p_a, p_b) = (sensed_a + lag * record.p_a_smooth.slope[k], sensed_b + lag * record.p_b_smooth.slope[k]);
+    let mut state = plant.state_at_rest(y, p_a, p_b);
+    state.p_a_sensed_pa = sensed_a;
+    state.p_b_sensed_pa = sensed_b;
+    state.p_sup_pa = model.supply_pa[k];
+    let moving = v.abs() > 4.0 * record.velocity_error_m_per_s();
+    let limit = plant.friction_level(&State { v_m_per_s: v, ..state }).force_n / c.stiffness;
+    if moving {
+        state.v_m_per_s = v;
+        state.z_m = limit * v.signum();
+    } else {
+        let force = c.area_m2 * (p_a - p_b) - c.constant_force_n;
+        state.z_m = (force / c.stiffness).clamp(-limit, limit);
+    }
+    state
+}
+
+fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
+    let c = model.plant.coefficients();
+    Inputs {
+        u_v: record.u_v[k],
+        external_force_n: record.f_ext_n.get(k).copied().unwrap_or(0.0),
+        supply_pa: if c.droop_pa_s_per_kg > 0.0 { c.supply_pa } else { model.supply_pa[k] },
+    }
+}
+
+/// Predicts position and pressures, sample by sample, from the state measured at `start`.
+fn predict(
+    record: &Record,
+    model: &Model,
+    history: &Commands<'_>,
+    run_in: usize,
+    start: usize,
+    end: usize,
+) -> Vec<[f64; 3]> {
+    let c = model.plant.coefficients();
+    let mut simulator = history.then(&model.plant, measured_state(record, model, run_in));
+    for k in run_in..start {
+        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
+    }
+    // What is under way to the valve stays; everything the sensors see is set to what they saw.
+    let kept = *simulator.state();
+    let mut state = measured_state(record, model, start);
+    state.spool_v = kept.spool_v;
+    if !record.available.supply {
+        state.p_sup_pa = kept.p_sup_pa;
+    }
+    simulator.set_state(state);
+    let mut out = Vec::with_capacity(end - start);
+    for k in start..end {
+        let m = simulator.measure();
+        // A late position signal first shows what was there before the restart, which is what was measured.
+        let late = c.position_delay_s > 0.0 && record.t_s[k] - record.t_s[start] < c.position_delay_s;
+        out.push([if late { record.motion.value[k] } else { m.y_m }, m.p_a_pa, m.p_b_pa]);
+        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
+    }
+    out
+}
+
+#[derive(Clone, Copy, Default)]
+struct Errors {
+    squares: [f64; 3],
+    count: f64,
+}
+
+impl Errors {
+    fn add(&mut self, measured: &[f64; 3], predicted: &[f64; 3]) {
+        for channel in 0..3 {
+            self.squares[channel] += (measured[channel] - predicted[channel]).powi(2);
+        }
+        self.count += 1.0;
+    }
+
+    fn rmse(&self) -> PerChannel {
+        let [y, a, b] = self.squares.map(|square| Some((square / self.count.max(1.0)).sqrt()));
+        PerChannel { y_m: y, p_a_pa: a, p_b_pa: b }
+    }
+}
+
+/// Normal deviates from a xorshift generator with a fixed seed: the floor of a log is always the same.
+struct Deviates(u64);
+
+impl Deviates {
+    fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn next(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
