@@ -1,6 +1,6 @@
 //! Why a log cannot be diagnosed.
 
-use crate::data::split::SHORTEST_STRETCH_S;
+use crate::constants;
 
 /// The least usable data.
 pub(crate) const LEAST_SAMPLES: usize = 200;
@@ -18,8 +18,9 @@ pub enum DiagnosisError {
     },
     /// Complete samples, but none in a row.
     #[error(
-        "the log is interrupted so often that no {SHORTEST_STRETCH_S} s of it hang together: record without losing rows, or \
-         leave out the column with the blanks"
+        "the log is interrupted so often that no {} s of it hang together: record without losing rows, or \
+         leave out the column with the blanks",
+        constants::shortest_stretch_s()
     )]
     TooBroken,
     /// No balance can be formed.
@@ -29,7 +30,9 @@ pub enum DiagnosisError {
     )]
     NothingToJudge,
     /// Without a command only the force balance could be formed, and nothing moves.
-    #[error("without u_v only the mechanics could be judged, and the piston hardly moves: add u_v, or record strokes")]
+    #[error(
+        "without u_v only the mechanics could be judged, and the piston hardly moves: add u_v, or record compression"
+    )]
     Still,
     /// The rig file contradicts itself.
     #[error("the rig cannot be simulated: {0}")]

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod balances;
+pub mod constants;
 mod data;
 mod diagnose;
 mod errors;

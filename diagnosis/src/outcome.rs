@@ -1,8 +1,8 @@
 //! What a diagnosis says: the content of `diagnosis.json`.
 
+use crate::constants;
 use crate::data::channel::Channel;
 use crate::data::quality::{Available, Quality};
-use crate::model::parameter::STRAINED;
 use rig_files::{RigFile, Verdict};
 use serde::{Serialize, Serializer};
 
@@ -57,7 +57,7 @@ impl Calibration {
     /// Whether it was moved farther than its tolerance makes likely.
     #[must_use]
     pub fn is_strained(&self) -> bool {
-        self.tolerances() > STRAINED
+        self.tolerances() > constants::strained()
     }
 }
 
@@ -110,15 +110,11 @@ pub struct HoldOut {
     pub noise_floor: PerChannel,
 }
 
-/// The whole model predicts the part held back as well as it can while its errors are no more than this many times what
-/// noise alone makes: beside a right extended rig they were at most 1.5 times that, where the piston sticks and slips.
-const CLOSED: f64 = 1.75;
-
 impl HoldOut {
     /// Whether the extended rig predicts about as well as noise allows.
     #[must_use]
     pub fn closed(&self) -> bool {
-        self.worst_ratio() < CLOSED
+        self.worst_ratio() < constants::closed_hold_out()
     }
 
     /// Error of the extended rig over the noise floor, in the channel where it is largest; 0 where nothing was measured.

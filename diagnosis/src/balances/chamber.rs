@@ -1,6 +1,6 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
-use crate::data::noise::NUMERICAL_ERROR_PA;
+use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
 use plant_model::{MINIMUM_VOLUME_RATIO, Plant};
@@ -11,18 +11,6 @@ pub(crate) enum Side {
     A,
     B,
 }
-
-/// Time constant with which the prediction is drawn towards the measurement, s: long enough for leaks to build up,
-/// short enough to forget a chamber's past within a few strokes.
-pub(crate) const MEMORY_S: f64 = 1.0;
-/// The first part of every stretch, s, during which the prediction settles and is not counted: where the spool stood
-/// and what was under way to it is unknown there.
-const SETTLING_S: f64 = 0.1;
-/// Near the end of its stroke a chamber is so small that the position's noise changes the predicted pressure more than the
-/// sensor's noise does: where the latter is less than this part of both, the prediction follows the measurement.
-const CLEAR: f64 = 0.5;
-/// Time constant while settling, s.
-const SETTLING_MEMORY_S: f64 = 0.02;
 
 /// What the motion's effect on a chamber's air depends on beside the log.
 #[derive(Clone, Copy, PartialEq)]
@@ -56,7 +44,7 @@ impl Geometry {
 
 /// What happens to a chamber's air from each sample of some stretches to the next, as far as it does not depend on the
 /// pressure. The last of a stretch leads nowhere.
-pub(crate) struct Strokes {
+pub(crate) struct Compression {
     /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the halves.
     first_half: Vec<f64>,
     /// The same over the second half.
@@ -65,14 +53,14 @@ pub(crate) struct Strokes {
     pa_s_per_kg: Vec<f64>,
 }
 
-/// The strokes within some stretches, in order.
-pub(crate) fn strokes(record: &Record, g: &Geometry, stretches: &[Stretch]) -> Strokes {
+/// The compression within some stretches, in order.
+pub(crate) fn compression(record: &Record, g: &Geometry, stretches: &[Stretch]) -> Compression {
     let volume = |k: usize| {
         let y = position(record, k, g.position_delay_s) / g.position_scale;
         (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3)
     };
     let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
-    let mut out = Strokes {
+    let mut out = Compression {
         first_half: Vec::with_capacity(count),
         second_half: Vec::with_capacity(count),
         pa_s_per_kg: Vec::with_capacity(count),
@@ -91,10 +79,10 @@ pub(crate) fn strokes(record: &Record, g: &Geometry, stretches: &[Stretch]) -> S
     out
 }
 
-/// What drives the chamber's pressure, by sample of the log but for the strokes.
+/// What drives the chamber's pressure, by sample of the log but for the compression.
 pub(crate) struct Drive<'a> {
     /// What the piston's motion does in the stretches at hand.
-    pub(crate) strokes: &'a Strokes,
+    pub(crate) compression: &'a Compression,
     /// Signed opening of the valve, rad.
     pub(crate) openings: &'a [f64],
     /// Supply pressure at the valve, Pa.
@@ -126,17 +114,17 @@ pub(crate) fn innovations(
     let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
     let leak = if is_a { c.leak_a } else { c.leak_b };
     let quality = if is_a { &record.quality.pressure_a } else { &record.quality.pressure_b };
-    let sigma = quality.standard_deviation.max(NUMERICAL_ERROR_PA);
+    let sigma = quality.standard_deviation.max(constants::numerical_error_pa());
     let lag = c.pressure_time_constant_s;
 
-    let mut out = Vec::with_capacity(drive.strokes.first_half.len());
+    let mut out = Vec::with_capacity(drive.compression.first_half.len());
     for stretch in stretches {
         let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
         let mut sensed = smooth.value[stretch.start] - offset;
-        let mut settled = (record.t_s[stretch.start] + SETTLING_S).max(record.valve_known_s);
+        let mut settled = (record.t_s[stretch.start] + constants::chamber_settling_s()).max(record.valve_known_s);
         for k in stretch.range() {
-            if weights[k] * sigma < CLEAR {
-                settled = settled.max(record.t_s[k] + SETTLING_S);
+            if weights[k] * sigma < constants::chamber_clear() {
+                settled = settled.max(record.t_s[k] + constants::chamber_settling_s());
             }
             let error = measured[k] - (sensed + offset);
             let stroke = out.len();
@@ -148,12 +136,16 @@ pub(crate) fn innovations(
             // Once settled, the start is known as well as an average over what was seen since: the gain falls like one
             // over time, as a Kalman filter's would, down to that of the long memory.
             let since = record.t_s[k] - settled;
-            let memory = if since < 0.0 { SETTLING_MEMORY_S } else { (SETTLING_MEMORY_S + since).min(MEMORY_S) };
+            let memory = if since < 0.0 {
+                constants::chamber_settling_memory_s()
+            } else {
+                (constants::chamber_settling_memory_s() + since).min(constants::chamber_memory_s())
+            };
             let drawn = error * (dt / (memory + dt));
             p += drawn;
             sensed += drawn;
             let before = p;
-            p *= drive.strokes.first_half[stroke];
+            p *= drive.compression.first_half[stroke];
             let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
             let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
@@ -165,9 +157,9 @@ pub(crate) fn innovations(
                 by_p -= c.leak_cross;
             }
             mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
-            let factor = drive.strokes.pa_s_per_kg[stroke];
+            let factor = drive.compression.pa_s_per_kg[stroke];
             p += factor * mass_flow / (1.0 - 0.5 * factor * by_p);
-            p = (p * drive.strokes.second_half[stroke]).max(1.0e3);
+            p = (p * drive.compression.second_half[stroke]).max(1.0e3);
             if lag > 1.0e-6 {
                 // The lag sees a pressure that changes linearly over the interval.
                 let rate = (p - before) / dt;

@@ -51,11 +51,11 @@ pub(crate) fn innovations(
         for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
             if wanted & channel.bit() != 0 {
                 let geometry = chamber::Geometry::of(plant, side);
-                let strokes = signals
-                    .strokes
-                    .of((geometry, stretches.to_vec()), || chamber::strokes(record, &geometry, stretches));
+                let compression = signals
+                    .compression
+                    .of((geometry, stretches.to_vec()), || chamber::compression(record, &geometry, stretches));
                 let drive = chamber::Drive {
-                    strokes: &strokes,
+                    compression: &compression,
                     openings: &openings,
                     supply_pa: &supply.at_valve,
                     added_kg_per_s: if side == chamber::Side::A {

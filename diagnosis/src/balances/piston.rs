@@ -1,22 +1,11 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
-use crate::data::noise::NUMERICAL_ERROR_M;
+use crate::constants;
 use crate::data::record::{Moment, Record};
 use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
 use plant_model::friction::Response;
 use plant_model::{Plant, State};
-
-/// The first part of every stretch, s, during which the prediction settles and is not counted.
-const SETTLING_S: f64 = 0.1;
-/// Below this measured speed, in standard errors of the velocity, the piston is taken to be at rest at the start.
-const REST_SIGMAS: f64 = 4.0;
-
-/// Less motion than this tells nothing of mechanics and friction, s.
-const LEAST_MOTION_S: f64 = 0.5;
-
-/// A prediction this many standard deviations off while one piston rests and the other moves is given up.
-const MISPREDICTED: f64 = 6.0;
 
 /// Whether one of two velocities means rest and the other motion.
 fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
@@ -36,9 +25,9 @@ pub(crate) fn innovations(
     stretches: &[Stretch],
 ) -> Vec<f64> {
     let c = plant.coefficients();
-    let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(NUMERICAL_ERROR_M);
+    let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(constants::numerical_error_m());
     let omega = record.observer_rad_per_s;
-    let at_rest = REST_SIGMAS * record.velocity_error_m_per_s();
+    let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let timing = Timing::of(plant);
     let mut out = Vec::with_capacity(forces.p_a_pa.len());
     for stretch in stretches {
@@ -51,7 +40,7 @@ pub(crate) fn innovations(
             };
             driving(plant, forces, first + k - stretch.start, added)
         };
-        let settled = record.t_s[stretch.start] + SETTLING_S;
+        let settled = record.t_s[stretch.start] + constants::piston_settling_s();
         let mut force = driving(stretch, stretch.start);
         let mut piston = Piston::start(record, plant, &force, stretch.start);
         // After breaking away before the real one did, the piston waits for it.
@@ -88,9 +77,9 @@ pub(crate) fn innovations(
                 piston.v += error / c.position_scale * omega * w;
             }
             let next = driving(stretch, k + 1);
-            if error.abs() * inverse_sigma > MISPREDICTED && at_odds(piston.v, measured_v, at_rest) {
-                // The piston broke away or came to rest at another time than predicted. That has been charged, and is
-                // charged once; what follows is predicted from how it really moves.
+            if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(piston.v, measured_v, at_rest) {
+                // The piston broke away or came to rest at another time than predicted. That has been penalised_cost, and is
+                // penalised_cost once; what follows is predicted from how it really moves.
                 piston = Piston::start(record, plant, &next, k + 1);
                 waits = measured_v.abs() < at_rest;
                 force = next;
@@ -102,21 +91,6 @@ pub(crate) fn innovations(
     }
     out
 }
-
-/// Bristles are fully bent from this part of the sliding limit on.
-const FULLY_BENT: f64 = 0.97;
-/// While they bend, a step may move them by this part of the limit.
-const BEND_STEP: f64 = 0.2;
-/// Most parts an interval is divided into.
-const MOST_PARTS: f64 = 40.0;
-/// A piston faster than this many Stribeck velocities that moves by the bristles' range within an interval slides: the
-/// bristles follow the sliding force as it is, if that changes within an interval by no more than this part of it …
-const SLIDING: f64 = 3.0;
-const GENTLE: f64 = 0.1;
-/// … or the piston moves by this many times their range, after which it does not matter how they were bent before.
-const FAR: f64 = 5.0;
-/// Static friction can hold the bristles beyond the sliding limit of the moment, but never this far.
-const BRISTLE_BACKSTOP: f64 = 3.0;
 
 /// What drives the piston at one instant.
 #[derive(Clone, Copy)]
@@ -212,7 +186,7 @@ impl Piston {
         let y = record.motion.value[k] / c.position_scale;
         let state = State { y_m: y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
         let limit = plant.friction_level(&state).force_n / c.stiffness;
-        let doubtful = REST_SIGMAS * record.velocity_error_m_per_s();
+        let doubtful = constants::rest_sigmas() * record.velocity_error_m_per_s();
         if v.abs() > doubtful {
             Self { y, v, z: limit * v.signum() }
         } else {
@@ -225,7 +199,7 @@ impl Piston {
     fn step(&mut self, plant: &Plant<f64>, drive: &Driving, dt: f64) {
         let c = plant.coefficients();
         let way = self.v.abs() * dt;
-        if way * c.stiffness <= BEND_STEP * plant.least_friction_level_n() {
+        if way * c.stiffness <= constants::bend_step() * plant.least_friction_level_n() {
             // The bristles hardly bend within the interval, whatever the sliding force.
             self.part(plant, drive, &plant.friction_at(&self.state(drive)), dt);
             return;
@@ -236,9 +210,9 @@ impl Piston {
         }
         let mut level = plant.friction_level(&self.state(drive));
         let limit = level.force_n / c.stiffness;
-        let bending = self.z * self.v.signum() < FULLY_BENT * limit;
-        let bends = if bending { (way / (BEND_STEP * limit)).ceil() } else { 1.0 };
-        let parts = bends.clamp(1.0, MOST_PARTS);
+        let bending = self.z * self.v.signum() < constants::fully_bent() * limit;
+        let bends = if bending { (way / (constants::bend_step() * limit)).ceil() } else { 1.0 };
+        let parts = bends.clamp(1.0, constants::most_parts());
         for part in 0..parts as usize {
             if part > 0 {
                 level = plant.friction_level(&self.state(drive));
@@ -247,7 +221,7 @@ impl Piston {
             self.part(plant, drive, &first, dt / parts);
         }
         // A backstop only: the model itself keeps the bristles within the limit.
-        self.z = self.z.clamp(-BRISTLE_BACKSTOP * limit, BRISTLE_BACKSTOP * limit);
+        self.z = self.z.clamp(-constants::bristle_backstop() * limit, constants::bristle_backstop() * limit);
     }
 
     /// One interval of sliding, by the trapezoidal rule: bristles that run through their whole range hold the sliding
@@ -255,7 +229,7 @@ impl Piston {
     fn slid(&self, plant: &Plant<f64>, drive: &Driving, dt: f64) -> Option<Self> {
         let c = plant.coefficients();
         let direction = self.v.signum();
-        let fast = |v: f64| v * direction * plant.friction().inverse_stribeck_velocity > SLIDING;
+        let fast = |v: f64| v * direction * plant.friction().inverse_stribeck_velocity > constants::sliding();
         if !fast(self.v) {
             return None;
         }
@@ -268,11 +242,11 @@ impl Piston {
         let before_n = c.stiffness * self.z * direction;
         let after_n = plant.friction_level(&moved(ends(before_n)).state(drive)).force_n;
         let bending = c.damping * (after_n - before_n) / (c.stiffness * dt);
-        let gentle = (after_n - before_n).abs() <= GENTLE * after_n;
+        let gentle = (after_n - before_n).abs() <= constants::gentle() * after_n;
         let v = ends(if gentle { 0.5 * (before_n + after_n) + bending } else { after_n });
         // How often the bristles run through their range.
         let ranges = self.v.abs().min(v * direction) * dt * c.stiffness / after_n;
-        if !fast(v) || ranges < if gentle { 1.0 } else { FAR } {
+        if !fast(v) || ranges < if gentle { 1.0 } else { constants::far() } {
             return None;
         }
         let mut after = moved(v);
@@ -331,9 +305,9 @@ impl Piston {
 /// Whether the piston moves for long enough that its mechanics can be judged. A resting one answers the noise of the
 /// measured pressures in the model and stands still in truth: what suppresses that noise would look like a cause.
 pub(crate) fn moves(record: &Record) -> bool {
-    let at_rest = REST_SIGMAS * record.velocity_error_m_per_s();
+    let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let moving = record.motion.slope.iter().filter(|v| v.abs() > at_rest).count();
-    moving as f64 * record.quality.interval_s >= LEAST_MOTION_S
+    moving as f64 * record.quality.interval_s >= constants::least_motion_s()
 }
 
 #[cfg(test)]

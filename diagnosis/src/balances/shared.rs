@@ -1,6 +1,6 @@
 //! Signals that many hypotheses share: each is computed once for all that agree in what it depends on.
 
-use super::chamber::{Geometry, Strokes};
+use super::chamber::{Compression, Geometry};
 use super::piston::{Forces, Timing};
 use super::valve::Path;
 use crate::data::split::Stretch;
@@ -15,7 +15,7 @@ pub(crate) struct Signals {
     /// The valve's openings by command path.
     pub(super) openings: Shared<Path, Vec<f64>>,
     /// What the piston's motion does to the chambers' air in some stretches.
-    pub(super) strokes: Shared<(Geometry, Vec<Stretch>), Strokes>,
+    pub(super) compression: Shared<(Geometry, Vec<Stretch>), Compression>,
     /// Forces and pressures on the piston in some stretches.
     pub(super) forces: Shared<(Timing, Vec<Stretch>), Forces>,
 }

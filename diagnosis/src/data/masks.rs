@@ -1,32 +1,12 @@
 //! Samples that a balance must not be judged by: end stops, sensors at their limit, chambers too small, and the beginning
 //! of a log, before which nobody knows what the valve did.
 
-use super::noise::{ChannelNoise, NUMERICAL_ERROR_PA};
+use super::noise::ChannelNoise;
 use super::record::Record;
-use super::smoothing::{PRESSURE_REACH, VOLUME_REACH};
+use crate::constants;
 use core::ops::Range;
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
 use rig_files::RigFile;
-
-/// The command has gone through a play of any likely half-width once it has changed by twice this, V.
-const LARGEST_PLAY_V: f64 = 0.2;
-/// What happened before the log is forgotten after this long, s, but for a play; all counts as known after this part of
-/// the log.
-const FORGOTTEN_S: f64 = 0.5;
-const LONGEST_UNKNOWN: f64 = 0.1;
-/// Smoothed position errors are alike over about this many samples, which a fit bundles into one.
-const SAMPLES_ALIKE: f64 = 4.0;
-/// After leaving an end stop the force balance needs this long to settle, s.
-const END_LASTING_S: f64 = 0.1;
-/// A chamber smaller than this many tolerances of its volume at mid stroke may as well be closed: what its pressure does is
-/// anyone's guess.
-const UNKNOWN_VOLUME: f64 = 3.0;
-/// A piston that rests against this many times its static friction leans on an end stop, if its position reads no farther
-/// than this part of half the stroke from there.
-const LEANING: f64 = 3.0;
-const NEAR_END: f64 = 0.15;
-/// Fewer samples against a stop tell nothing of where it is.
-const LEAST_LEANING: usize = 50;
 
 /// A reading that repeats the log's lowest or highest value often enough in a row is at the sensor's limit, if noise would
 /// else have moved it.
@@ -36,18 +16,24 @@ struct Railed {
     /// Least noise, in smallest steps.
     moved_by: f64,
 }
-/// Noise below this part of a signal's range is none: such a signal repeats itself wherever it rests.
-const LEAST_NOISE: f64 = 1.0e-5;
-const RAILED_POSITION: Railed = Railed { in_a_row: 20, moved_by: 0.6 };
-/// Pressures peak for a moment only.
-const RAILED_PRESSURE: Railed = Railed { in_a_row: 8, moved_by: 1.5 };
+
+impl Railed {
+    fn position() -> Self {
+        Self { in_a_row: constants::railed_position_run(), moved_by: constants::railed_position_noise() }
+    }
+
+    /// Pressures peak for a moment only.
+    fn pressure() -> Self {
+        Self { in_a_row: constants::railed_pressure_run(), moved_by: constants::railed_pressure_noise() }
+    }
+}
 
 /// Marks samples at the end stops or at the limits of the sensors, and what follows shortly after.
 pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let mut out = vec![false; record.len()];
     for (signal, noise) in [(&record.p_a_pa, record.quality.pressure_a), (&record.p_b_pa, record.quality.pressure_b)] {
-        for railed in railed(signal, noise, &RAILED_PRESSURE) {
-            out[around(&railed, 2 * PRESSURE_REACH, record.t_s.len())].fill(true);
+        for railed in railed(signal, noise, &Railed::pressure()) {
+            out[around(&railed, 2 * constants::pressure_reach(), record.t_s.len())].fill(true);
         }
     }
     let half = 0.5 * rig.rig.cylinder.stroke_m;
@@ -56,7 +42,7 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     // A sensor of another scale reads the ends of the stroke elsewhere.
     let [lower, upper] = record.end_stops_m;
     let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
-    let lasting = (END_LASTING_S / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
+    let lasting = (constants::end_stop_settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
     let ends: Vec<usize> = (0..record.len()).filter(|&k| record.y_m[k] <= low || record.y_m[k] >= high).collect();
     // A log of positions that never come near the middle has another zero than the rig file; then no end is known.
     if ends.len() * 2 > record.len() {
@@ -76,16 +62,16 @@ pub(crate) fn valve_known_s(record: &Record) -> f64 {
     let (mut low, mut high) = (f64::MAX, f64::MIN);
     let through = record.u_v.iter().position(|u| {
         (low, high) = (low.min(*u), high.max(*u));
-        high - low > 2.0 * LARGEST_PLAY_V
+        high - low > 2.0 * constants::largest_play_v()
     });
     let through_s = through.map_or(0.0, |k| record.t_s[k] - first);
-    first + through_s.max(FORGOTTEN_S).min(LONGEST_UNKNOWN * (last - first))
+    first + through_s.max(constants::past_forgotten_s()).min(constants::longest_unknown_past() * (last - first))
 }
 
 /// Where the end stops read: a piston at rest against a force that would move it anywhere else.
 pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
     let half = 0.5 * rig.cylinder.stroke_m;
-    let enough_n = LEANING * rig.friction.static_n.max(rig.friction.coulomb_n);
+    let enough_n = constants::leaning() * rig.friction.static_n.max(rig.friction.coulomb_n);
     let at_rest = 5.0 * record.velocity_error_m_per_s();
     if !(record.available.pressure_a && record.available.pressure_b) {
         return [None; 2];
@@ -93,13 +79,14 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
     [-1.0, 1.0].map(|side| {
         let leans = |k: &usize| {
             let force = (record.p_a_smooth.value[*k] - record.p_b_smooth.value[*k]) * rig.cylinder.area_m2;
-            (side * record.y_m[*k] / half - 1.0).abs() < NEAR_END
+            (side * record.y_m[*k] / half - 1.0).abs() < constants::near_end()
                 && side * force > enough_n
                 && record.motion.slope[*k].abs() < at_rest
         };
         let mut readings: Vec<f64> = (0..record.len()).filter(leans).map(|k| record.y_m[k]).collect();
         let middle = readings.len() / 2;
-        (readings.len() >= LEAST_LEANING).then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
+        (readings.len() >= constants::least_leaning())
+            .then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
     })
 }
 
@@ -109,17 +96,17 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let c = &rig.cylinder;
     let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * c.stroke_m;
     // Variance of a parabola's value at its middle; what is left is alike over a bundle of samples.
-    let left = 2.25 / (2 * VOLUME_REACH + 1) as f64 * SAMPLES_ALIKE;
+    let left = 2.25 / (2 * constants::volume_reach() + 1) as f64 * constants::samples_alike();
     let position = record.quality.position.standard_deviation * left.sqrt();
     let half = 0.5 * c.stroke_m;
     let [lower, upper] = record.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
     let tolerance = |key: &str| file.tolerance.own(key).unwrap_or(file.tolerance.default);
     let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64, key: &str| -> Vec<f64> {
-        let unknown = UNKNOWN_VOLUME * tolerance(key) * volume_0;
+        let unknown = constants::unknown_volume() * tolerance(key) * volume_0;
         let volume = |y: f64| (volume_0 + area * y * if y < 0.0 { lower } else { upper }).max(smallest);
         let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * c.area_m2 / volume(y) * position;
         let pairs = record.y_smooth.value.iter().zip(pressures);
-        let weight = |y: f64, p: f64| 1.0 / noise.max(NUMERICAL_ERROR_PA).hypot(by_volume(y, p));
+        let weight = |y: f64, p: f64| 1.0 / noise.max(constants::numerical_error_pa()).hypot(by_volume(y, p));
         pairs.map(|(y, p)| if volume(*y) < unknown { 0.0 } else { weight(*y, *p) }).collect()
     };
     let quality = &record.quality;
@@ -127,7 +114,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2, "cylinder.volume_a0_m3");
     let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2, "cylinder.volume_b0_m3");
     // Where the piston is at the position sensor's limit, how large the chambers are is unknown.
-    for railed in railed(&record.y_m, quality.position, &RAILED_POSITION) {
+    for railed in railed(&record.y_m, quality.position, &Railed::position()) {
         for weight in [&mut weight_a, &mut weight_b] {
             blank(weight, &railed);
         }
@@ -135,7 +122,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     for (weight, signal, noise) in
         [(&mut weight_a, &record.p_a_pa, quality.pressure_a), (&mut weight_b, &record.p_b_pa, quality.pressure_b)]
     {
-        for railed in railed(signal, noise, &RAILED_PRESSURE) {
+        for railed in railed(signal, noise, &Railed::pressure()) {
             blank(weight, &railed);
         }
     }
@@ -148,7 +135,7 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
         return Vec::new();
     }
     let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
-    if low >= high || noise.standard_deviation < LEAST_NOISE * (high - low) {
+    if low >= high || noise.standard_deviation < constants::least_noise() * (high - low) {
         return Vec::new();
     }
     let mut start = 0;
@@ -161,7 +148,7 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
 
 /// Takes the weight from some samples, and from those to which smoothing spreads what is unknown there.
 fn blank(weight: &mut [f64], railed: &Range<usize>) {
-    let unknown = around(railed, VOLUME_REACH, weight.len());
+    let unknown = around(railed, constants::volume_reach(), weight.len());
     if let Some(part) = weight.get_mut(unknown) {
         part.fill(0.0);
     }

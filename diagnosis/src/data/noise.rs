@@ -11,11 +11,6 @@ pub struct ChannelNoise {
     pub resolution: f64,
 }
 
-/// What the balances themselves miss between two samples, m and Pa: a log with less noise, as a simulation writes it, is not
-/// judged more closely than that.
-pub(crate) const NUMERICAL_ERROR_M: f64 = 5.0e-6;
-pub(crate) const NUMERICAL_ERROR_PA: f64 = 10.0;
-
 /// Third differences remove every motion a sensor can follow and keep white noise, 20-fold in variance.
 const THIRD_DIFFERENCE_GAIN: f64 = 20.0;
 /// The part of the differences that is kept: jumps of the signal itself are few and large.

@@ -5,8 +5,9 @@ use super::masks;
 use super::noise::{self, ChannelNoise};
 use super::quality::{Available, Quality};
 use super::record::Record;
-use super::smoothing::{PRESSURE_REACH, Smoothed, VELOCITY_REACH, VOLUME_REACH, parabola, slopes};
+use super::smoothing::{Smoothed, parabola, slopes};
 use super::split::{self, Stretch};
+use crate::constants;
 use core::ops::Range;
 use plant_model::Effect;
 use rig_files::{Log, RigFile};
@@ -98,16 +99,17 @@ fn smooth(record: &mut Record) {
         }
         out
     };
-    let (y_smooth, motion) = (smoothed(&record.y_m, VOLUME_REACH), smoothed(&record.y_m, VELOCITY_REACH));
+    let (y_smooth, motion) =
+        (smoothed(&record.y_m, constants::volume_reach()), smoothed(&record.y_m, constants::velocity_reach()));
     // The slope is that of the smoothed pressure itself: p + tau p' then undoes a lag without a bias of its own.
     let twice = |signal: &[f64]| {
-        let value = smoothed(&smoothed(signal, PRESSURE_REACH).value, PRESSURE_REACH).value;
+        let value = smoothed(&smoothed(signal, constants::pressure_reach()).value, constants::pressure_reach()).value;
         let slope = pieces.iter().flat_map(|piece| slopes(&record.t_s, &value, piece.clone())).collect();
         Smoothed { value, slope }
     };
     let both = [&record.p_a_pa, &record.p_b_pa].map(|p| if p.is_empty() { Smoothed::default() } else { twice(p) });
     let [p_a, p_b] = both;
-    let p_sup = smoothed(&record.p_sup_pa, VOLUME_REACH);
+    let p_sup = smoothed(&record.p_sup_pa, constants::volume_reach());
     (record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth) =
         (y_smooth, motion, p_a, p_b, p_sup);
 }

@@ -1,8 +1,9 @@
 //! A log made ready for the balances: what `prepare` makes of it, and what everything behind it reads.
 
 use super::quality::{Available, Quality};
-use super::smoothing::{Smoothed, VELOCITY_REACH};
+use super::smoothing::Smoothed;
 use super::split::Stretch;
+use crate::constants;
 use core::ops::Range;
 
 /// A moment between two samples.
@@ -69,7 +70,7 @@ impl Record {
     /// Standard error of the smoothed velocity, m/s: that of the slope of a straight line through `2 m + 1` samples,
     /// `3 sigma^2 / (dt^2 m (m + 1) (2 m + 1))`.
     pub(crate) fn velocity_error_m_per_s(&self) -> f64 {
-        let m = VELOCITY_REACH as f64;
+        let m = constants::velocity_reach() as f64;
         let spread: f64 = 3.0 / (m * (m + 1.0) * (2.0 * m + 1.0));
         self.quality.position.standard_deviation * spread.sqrt() / self.quality.interval_s.max(1.0e-6)
     }

@@ -1,12 +1,5 @@
 //! Local polynomial smoothing of a sampled signal, at its own sampling times.
 
-/// Samples on either side when smoothing position for chamber volumes.
-pub(crate) const VOLUME_REACH: usize = 7;
-/// Samples on either side when smoothing position for velocity.
-pub(crate) const VELOCITY_REACH: usize = 15;
-/// Samples on either side when smoothing pressures for forces, in each of two passes.
-pub(crate) const PRESSURE_REACH: usize = 9;
-
 /// Value and slope of a signal, sample by sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Smoothed {

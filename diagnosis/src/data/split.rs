@@ -1,17 +1,8 @@
 //! The log cut into stretches without interruption, and into a part for fitting and a part held back.
 
 use super::quality::Quality;
+use crate::constants;
 use core::ops::Range;
-
-/// A step of time this many times the usual one interrupts the log.
-const INTERRUPTION: f64 = 2.5;
-/// The log is cut into about this many chunks; every `HELD_BACK_EVERY`-th is held back.
-const CHUNKS: usize = 16;
-const HELD_BACK_EVERY: usize = 4;
-/// Stretches shorter than this say nothing, s.
-pub(crate) const SHORTEST_STRETCH_S: f64 = 0.3;
-/// Nor do stretches of fewer samples.
-const LEAST_IN_A_STRETCH: usize = 8;
 
 /// Consecutive samples without interruption, all for fitting or all held back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +20,7 @@ impl Stretch {
 
 /// Whether samples are missing before sample `k`; `usual_s` is the usual interval.
 pub(crate) fn interrupted(t_s: &[f64], k: usize, usual_s: f64) -> bool {
-    k > 0 && k < t_s.len() && t_s[k] - t_s[k - 1] > INTERRUPTION * usual_s
+    k > 0 && k < t_s.len() && t_s[k] - t_s[k - 1] > constants::interruption() * usual_s
 }
 
 /// Cuts the samples at interruptions and where the part held back begins or ends. Writes what it learns of the sampling
@@ -43,25 +34,25 @@ pub(crate) fn stretches(t_s: &[f64], quality: &mut Quality) -> Vec<Stretch> {
     let middle = intervals.len() / 2;
     let usual = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
     quality.interval_s = usual;
-    let regular: Vec<f64> = intervals.into_iter().filter(|dt| *dt < INTERRUPTION * usual).collect();
+    let regular: Vec<f64> = intervals.into_iter().filter(|dt| *dt < constants::interruption() * usual).collect();
     if !regular.is_empty() {
         let square = regular.iter().map(|dt| (dt / usual - 1.0).powi(2)).sum::<f64>() / regular.len() as f64;
         quality.jitter = square.sqrt();
     }
 
     let len = t_s.len();
-    let chunk = len.div_ceil(CHUNKS).max(1);
-    let shortest = (SHORTEST_STRETCH_S / usual).ceil() as usize;
+    let chunk = len.div_ceil(constants::chunks()).max(1);
+    let shortest = (constants::shortest_stretch_s() / usual).ceil() as usize;
     let mut start = 0;
     for k in 1..=len {
         let interrupted = interrupted(t_s, k, usual);
         quality.interruptions += usize::from(interrupted);
         let boundary = k == len || k % chunk == 0;
         // Chunks of the same use stay together; so do a chunk and a remainder too short to stand alone.
-        let held_back = |k: usize| (k / chunk) % HELD_BACK_EVERY == HELD_BACK_EVERY - 1;
+        let held_back = |k: usize| (k / chunk) % constants::held_back_every() == constants::held_back_every() - 1;
         let changes = boundary && (k == len || held_back(k) != held_back(k - 1));
         if interrupted || changes {
-            if k - start >= shortest.max(LEAST_IN_A_STRETCH) {
+            if k - start >= shortest.max(constants::least_in_a_stretch()) {
                 out.push(Stretch { start, end: k, held_back: held_back(k - 1) });
             }
             start = k;

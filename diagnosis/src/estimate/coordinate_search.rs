@@ -1,32 +1,21 @@
 //! Parameters whose cost is rugged: a slope says little about what lies a few steps away.
 
 use super::problem::{Fit, Problem};
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
 use rayon::prelude::*;
 
 /// Nominal values whose cost is rugged.
-const RUGGED_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
-/// First step beside a solution, in plainly visible changes; it is divided by three until something is gained.
-const FIRST_STEP: f64 = 0.4;
-const TRIALS: usize = 4;
-/// Least gain worth a move.
-const LEAST_GAIN: f64 = 1.0;
-/// A rise of the cost that chance does not make: this much, and this part of what the fit leaves.
-const RISE: f64 = 2.0;
-const RISE_OF_REST: f64 = 0.05;
-/// Narrowest width told, in plainly visible changes.
-const NARROWEST: f64 = 0.01;
-/// Widths tried, each one and a half times the one before.
-const WIDTHS: i32 = 12;
+const NON_SMOOTH_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
 
 /// Whether a parameter's cost is rugged.
-fn rugged(parameter: &Parameter) -> bool {
+fn is_non_smooth(parameter: &Parameter) -> bool {
     match parameter.slot {
         // Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
         Slot::Effect(..) => parameter.channels & Channel::Position.bit() != 0,
-        Slot::Nominal(key) => RUGGED_KEYS.contains(&key.path),
+        Slot::Nominal(key) => NON_SMOOTH_KEYS.contains(&key.path),
         Slot::Term(_) => false,
     }
 }
@@ -34,18 +23,18 @@ fn rugged(parameter: &Parameter) -> bool {
 impl Problem<'_> {
     /// Looks beside the solution along parameters whose cost is rugged, where a slope says little about what lies a few
     /// steps away; `None` if nothing better is there.
-    pub(crate) fn beside(&self, fit: &Fit, changed: Channels) -> Option<Hypothesis> {
+    pub(crate) fn coordinate_search(&self, fit: &Fit, changed: Channels) -> Option<Hypothesis> {
         let h = &fit.hypothesis;
         let mut values = h.values.clone();
         let mut cost = fit.cost(self);
         let mut found = false;
         for (index, parameter) in
-            h.parameters.iter().enumerate().filter(|(_, p)| rugged(p) && p.channels & changed != 0)
+            h.parameters.iter().enumerate().filter(|(_, p)| is_non_smooth(p) && p.channels & changed != 0)
         {
             let touched = parameter.channels;
             let in_others = fit.cost_in(self, !touched);
-            let mut step = FIRST_STEP * parameter.scale;
-            for _ in 0..TRIALS {
+            let mut step = constants::coordinate_step() * parameter.scale;
+            for _ in 0..constants::coordinate_trials() {
                 let trial = |step: f64| {
                     let mut trial = values.clone();
                     trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
@@ -55,7 +44,7 @@ impl Problem<'_> {
                 let (up, down) = rayon::join(|| trial(step), || trial(-step));
                 let best = up.into_iter().chain(down).min_by(|a, b| a.0.total_cmp(&b.0));
                 match best {
-                    Some((new, trial)) if new < cost - LEAST_GAIN => {
+                    Some((new, trial)) if new < cost - constants::coordinate_gain() => {
                         (values, cost, found) = (trial, new, true);
                     }
                     _ => step /= 3.0,
@@ -70,7 +59,7 @@ impl Problem<'_> {
     pub(crate) fn width(&self, fit: &Fit, index: usize) -> Option<f64> {
         let h = &fit.hypothesis;
         let parameter = &h.parameters[index];
-        if !rugged(parameter) {
+        if !is_non_smooth(parameter) {
             return None;
         }
         let touched = parameter.channels;
@@ -79,10 +68,13 @@ impl Problem<'_> {
         let risen = |step: f64| {
             let mut trial = h.values.clone();
             trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
-            self.cost_of(h, &trial, touched).is_none_or(|at| at > cost + RISE + RISE_OF_REST * rest)
+            self.cost_of(h, &trial, touched)
+                .is_none_or(|at| at > cost + constants::profile_rise() + constants::profile_rise_of_rest() * rest)
         };
-        let steps: Vec<f64> = (0..WIDTHS).map(|k| NARROWEST * 1.5f64.powi(k) * parameter.scale).collect();
+        let steps: Vec<f64> = (0..constants::profile_widths() as i32)
+            .map(|k| constants::profile_narrowest() * 1.5f64.powi(k) * parameter.scale)
+            .collect();
         let low = steps.par_iter().filter(|step| !(risen(**step) && risen(-**step))).max_by(|a, b| a.total_cmp(b));
-        Some(0.5 * 1.5 * low.copied().unwrap_or(NARROWEST * parameter.scale))
+        Some(0.5 * 1.5 * low.copied().unwrap_or(constants::profile_narrowest() * parameter.scale))
     }
 }

@@ -1,25 +1,23 @@
 //! Standard errors of fitted parameters.
 
-use super::derivatives::{Slopes, regularised};
-use super::likelihood::{BUNDLE, Residuals, weight};
+use super::derivatives::{Jacobian, regularised};
+use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
+use crate::constants;
 use nalgebra::{DMatrix, DVector};
-
-/// Numerical error of the balances, in plainly visible changes of a parameter: they step at the log's own interval and
-/// take the other signals smoothed. On logs of exact simulations parameters come out right to about this part.
-const NUMERICAL: f64 = 0.003;
 
 impl Problem<'_> {
     /// Adds standard errors to a fit: the inverse normal matrix with the errors' own correlation in time.
     pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
         let hypothesis = &fit.hypothesis;
         let values = hypothesis.values.clone();
-        let Some(Slopes { base: residuals, columns, .. }) = self.slopes(&fit) else { return fit };
+        let Some(Jacobian { base: residuals, columns, .. }) = self.jacobian(&fit) else { return fit };
         let references: Vec<&Residuals> = columns.iter().collect();
         let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
         let n = columns.len();
         // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
-        let per_block = (0.5 / (self.record.quality.interval_s * BUNDLE as f64)).ceil().max(1.0) as usize;
+        let per_block =
+            (0.5 / (self.record.quality.interval_s * constants::averaged() as f64)).ceil().max(1.0) as usize;
         let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
         let mut meat = DMatrix::<f64>::zeros(n, n);
         for block in 0..length.div_ceil(per_block) {
@@ -51,7 +49,7 @@ impl Problem<'_> {
             }
             for i in 0..n {
                 if hypothesis.parameters[i].tolerance.is_none() {
-                    covariance[(i, i)] += NUMERICAL * NUMERICAL;
+                    covariance[(i, i)] += constants::numerical_scale() * constants::numerical_scale();
                 }
                 if let Some(width) = self.width(&fit, i) {
                     covariance[(i, i)] = covariance[(i, i)].max((width / hypothesis.parameters[i].scale).powi(2));

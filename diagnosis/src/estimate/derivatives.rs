@@ -2,31 +2,38 @@
 
 use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
+use crate::constants;
 use crate::data::channel::Channel;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Steps that derivatives are taken with, in plainly visible changes. The force balance is rugged; that of the air is
-/// smooth, and directions that nearly cancel show only with small steps.
-pub(crate) struct SearchStep {
-    pub(crate) rugged: f64,
+/// Steps of the difference quotients, in scales of a parameter. The cost of the force balance is not smooth; that of the air
+/// is, and directions that nearly cancel show only with small steps.
+pub(crate) struct DifferenceStep {
+    pub(crate) rough: f64,
     pub(crate) smooth: f64,
 }
-pub(crate) const SEARCH_STEP: SearchStep = SearchStep { rugged: 0.02, smooth: 1.0e-3 };
+
+impl DifferenceStep {
+    /// For fits.
+    pub(crate) fn of_fits() -> Self {
+        Self { rough: constants::step_rough(), smooth: constants::step_smooth() }
+    }
+}
 
 /// Normal matrix and gradient.
 pub(crate) type Normal = (DMatrix<f64>, DVector<f64>);
 
 /// A fit's residuals with their derivatives by its parameters, in the parameters' order.
-pub(crate) struct Slopes {
+pub(crate) struct Jacobian {
     pub(crate) base: Residuals,
     pub(crate) columns: Vec<Residuals>,
     slots: Vec<Slot>,
 }
 
-impl Slopes {
+impl Jacobian {
     /// The derivatives by one parameter.
     pub(crate) fn by(&self, slot: Slot) -> Option<&Residuals> {
         self.slots.iter().position(|other| *other == slot).map(|place| &self.columns[place])
@@ -35,18 +42,18 @@ impl Slopes {
 
 impl Problem<'_> {
     /// Residual derivatives of one parameter by a one-sided difference, over the channels it acts on.
-    pub(crate) fn column(
+    pub(crate) fn jacobian_column(
         &self,
         hypothesis: &Hypothesis,
         values: &[f64],
         base: &Residuals,
         index: usize,
-        step: &SearchStep,
+        step: &DifferenceStep,
     ) -> Residuals {
         let parameter = &hypothesis.parameters[index];
-        let rugged = Channel::Position.bit();
+        let rough = Channel::Position.bit();
         let mut out = Residuals::default();
-        for (channels, relative) in [(rugged, step.rugged), (!rugged, step.smooth)] {
+        for (channels, relative) in [(rough, step.rough), (!rough, step.smooth)] {
             let wanted = parameter.channels & channels;
             if wanted == 0 {
                 continue;
@@ -73,12 +80,12 @@ impl Problem<'_> {
     }
 
     /// The slopes at a fit.
-    pub(crate) fn slopes(&self, fit: &Fit) -> Option<Slopes> {
+    pub(crate) fn jacobian(&self, fit: &Fit) -> Option<Jacobian> {
         let h = &fit.hypothesis;
         let base = self.evaluate(h, &h.values, self.judgeable)?;
-        let column = |index: usize| self.column(h, &h.values, &base, index, &SEARCH_STEP);
+        let column = |index: usize| self.jacobian_column(h, &h.values, &base, index, &DifferenceStep::of_fits());
         let columns = (0..h.values.len()).into_par_iter().map(column).collect();
-        Some(Slopes { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
+        Some(Jacobian { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
 
     /// Normal matrix and gradient in units of the parameters' scales; `known` is that of the first columns.

@@ -1,61 +1,42 @@
 //! The maximum a posteriori estimate: Levenberg-Marquardt steps on the robust loss, with tolerances as priors.
 
-use super::derivatives::{SEARCH_STEP, Slopes};
+use super::derivatives::{DifferenceStep, Jacobian};
 use super::likelihood::Residuals;
 use super::problem::{Fit, Problem};
+use crate::constants;
 use crate::data::channel::Channels;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// A small step: no parameter moves by more than this, in plainly visible changes, and the cost falls by no more than this
-/// part of it.
-const NEAR: f64 = 0.1;
-const SMALL_GAIN: f64 = 0.02;
-
-/// A step that gains less ends a fit: far below what any comparison asks for.
-const CONVERGED: f64 = 0.1;
-/// Beyond this many times the cost of noise steps are tried longer as well, and less of the cost is worth a step.
-const FAR_FROM_NOISE: f64 = 1.5;
-const CONVERGED_FAR: f64 = 1.0e-3;
-/// Iterations of a full fit.
-pub(crate) const ITERATIONS: usize = 20;
-/// So many steps in a row that each gain less than this part of what the goal asks for end a fit as well.
-const HOPELESS: f64 = 0.02;
-const HOPELESS_STEPS: usize = 2;
-/// Rounds of searching beside a solution on rugged ground.
-const RUGGED_ROUNDS: usize = 2;
-/// That search takes away no more than this part of what noise does not explain.
-const MOST_FOUND_BESIDE: f64 = 0.25;
-
 impl Problem<'_> {
     /// Judges a hypothesis as it is.
-    pub(crate) fn judge(&self, hypothesis: Hypothesis) -> Option<Fit> {
+    pub(crate) fn evaluate_as_is(&self, hypothesis: Hypothesis) -> Option<Fit> {
         self.refit(hypothesis, 0, 0)
     }
 
     /// Fits all parameters of a hypothesis from its values.
     pub(crate) fn fit(&self, hypothesis: Hypothesis, iterations: usize) -> Option<Fit> {
-        self.settle(hypothesis, self.judgeable, iterations, f64::INFINITY)
+        self.fit_and_search(hypothesis, self.judgeable, iterations, f64::INFINITY)
     }
 
-    /// [`Problem::refit`], and a look beside the solution on rugged ground, unless that could not take it to `goal`.
-    pub(crate) fn settle(
+    /// [`Problem::refit`], and a look beside the solution on rugged scoring, unless that could not take it to `goal`.
+    pub(crate) fn fit_and_search(
         &self,
         hypothesis: Hypothesis,
         changed: Channels,
         iterations: usize,
         goal: f64,
     ) -> Option<Fit> {
-        let mut fit = self.descend(hypothesis, changed, iterations, goal, None)?;
-        for _ in 0..RUGGED_ROUNDS {
+        let mut fit = self.levenberg_marquardt(hypothesis, changed, iterations, goal, None)?;
+        for _ in 0..constants::coordinate_rounds() {
             let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
-            if fit.cost(self) - MOST_FOUND_BESIDE * left > goal {
+            if fit.cost(self) - constants::most_by_coordinates() * left > goal {
                 break;
             }
-            let Some(better) = self.beside(&fit, changed) else { break };
-            fit = self.descend(better, changed, iterations, goal, None)?;
+            let Some(better) = self.coordinate_search(&fit, changed) else { break };
+            fit = self.levenberg_marquardt(better, changed, iterations, goal, None)?;
         }
         Some(fit)
     }
@@ -64,27 +45,27 @@ impl Problem<'_> {
     /// hypothesis' values; those of channels that no parameter ties to the changed ones stay where an earlier fit left
     /// them.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
-        self.descend(hypothesis, changed, iterations, f64::INFINITY, None)
+        self.levenberg_marquardt(hypothesis, changed, iterations, f64::INFINITY, None)
     }
 
     /// The first steps of a fit from the neighbourhood of another, with that one's slopes wherever there are any.
-    pub(crate) fn begin(
+    pub(crate) fn first_steps(
         &self,
         hypothesis: Hypothesis,
         changed: Channels,
         iterations: usize,
-        slopes: &Slopes,
+        slopes: &Jacobian,
     ) -> Option<Fit> {
-        self.descend(hypothesis, changed, iterations, f64::INFINITY, Some(slopes))
+        self.levenberg_marquardt(hypothesis, changed, iterations, f64::INFINITY, Some(slopes))
     }
 
-    fn descend(
+    fn levenberg_marquardt(
         &self,
         mut hypothesis: Hypothesis,
         changed: Channels,
         iterations: usize,
         goal: f64,
-        slopes: Option<&Slopes>,
+        slopes: Option<&Jacobian>,
     ) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
@@ -107,7 +88,7 @@ impl Problem<'_> {
             columns.par_iter_mut().enumerate().for_each(|(index, column)| {
                 let parameter = &hypothesis.parameters[index];
                 if known[index].is_none() && free(parameter) && (all_new || parameter.tolerance.is_none()) {
-                    *column = self.column(&hypothesis, &values, &residuals, index, &SEARCH_STEP);
+                    *column = self.jacobian_column(&hypothesis, &values, &residuals, index, &DifferenceStep::of_fits());
                 }
             });
             let references: Vec<&Residuals> = columns.iter().collect();
@@ -133,7 +114,7 @@ impl Problem<'_> {
                     let mut trial = trial;
                     let mut longer = step.clone();
                     // Where errors are large, the robust loss makes steps too short.
-                    while new_cost > FAR_FROM_NOISE * noise {
+                    while new_cost > constants::far_from_noise() * noise {
                         longer *= 2.0;
                         let farther = limited(&hypothesis.parameters, &values, &longer);
                         match attempt(&farther) {
@@ -146,16 +127,18 @@ impl Problem<'_> {
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    hopeless = if gained < HOPELESS * (cost - goal) { hopeless + 1 } else { 0 };
-                    if hopeless >= HOPELESS_STEPS {
+                    hopeless = if gained < constants::too_slow() * (cost - goal) { hopeless + 1 } else { 0 };
+                    if hopeless >= constants::too_slow_steps() {
                         break 'iterations;
                     }
-                    let enough = if cost > FAR_FROM_NOISE * noise { CONVERGED_FAR } else { 1.0e-6 };
-                    let converged = gained < CONVERGED + enough * cost;
+                    let enough =
+                        if cost > constants::far_from_noise() * noise { constants::converged_far() } else { 1.0e-6 };
+                    let converged = gained < constants::converged() + enough * cost;
                     if converged && all_new {
                         break 'iterations;
                     }
-                    let far = step.iter().any(|moved| moved.abs() > NEAR) || gained > SMALL_GAIN * cost;
+                    let far = step.iter().any(|moved| moved.abs() > constants::small_step())
+                        || gained > constants::small_gain() * cost;
                     all_new = converged || far || !all_new;
                     continue 'iterations;
                 }

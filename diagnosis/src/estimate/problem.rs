@@ -1,22 +1,19 @@
 //! The data that fits are judged on, and what a hypothesis costs there.
 
-use super::likelihood::{BUNDLE, Residuals, bundle, dispersion, loss};
+use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library::{self, Term};
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
-use crate::data::split::{SHORTEST_STRETCH_S, Stretch};
+use crate::data::split::Stretch;
 use crate::model::effects;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::DMatrix;
 use plant_model::Effect;
 use rig_files::RigFile;
-
-/// Candidates are compared on about this much of the log, s, taken in pieces of some length, s, from all of it.
-const ENOUGH_TO_COMPARE_S: f64 = 8.0;
-const PIECE_S: f64 = 1.5;
 
 /// The data a fit is judged on.
 pub(crate) struct Problem<'a> {
@@ -80,7 +77,14 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = term_library::sum(self.terms, hypothesis.factors(values));
         let wanted = wanted & self.judgeable;
-        Some(bundle(&observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted)))
+        Some(average_neighbours(&observers::innovations(
+            self.record,
+            self.signals,
+            &plant,
+            &added,
+            &self.stretches,
+            wanted,
+        )))
     }
 
     /// Costs by channel, summed over some channels with the problem's dispersion.
@@ -110,17 +114,17 @@ impl<'a> Problem<'a> {
     }
 
     /// The same problem on a part of its data, for comparisons among candidates; with how many times more data it has.
-    pub(crate) fn thinned(&self) -> (Self, f64) {
+    pub(crate) fn subset(&self) -> (Self, f64) {
         let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
         let (all, interval) = (count(&self.stretches), self.record.quality.interval_s.max(1.0e-6));
-        let every = (all * interval / ENOUGH_TO_COMPARE_S).round().max(1.0) as usize;
-        let length = ((PIECE_S / interval) as usize).max(1);
+        let every = (all * interval / constants::subset_s()).round().max(1.0) as usize;
+        let length = ((constants::subset_piece_s() / interval) as usize).max(1);
         let pieces = self.stretches.iter().flat_map(|stretch| {
             let starts = stretch.range().step_by(length).map(|start| (start, (start + length).min(stretch.end)));
             starts.map(|(start, end)| Stretch { start, end, ..*stretch })
         });
         let mut stretches: Vec<Stretch> = pieces.step_by(every).collect();
-        stretches.retain(|piece| piece.range().len() as f64 * interval >= SHORTEST_STRETCH_S);
+        stretches.retain(|piece| piece.range().len() as f64 * interval >= constants::shortest_stretch_s());
         if every == 1 || stretches.is_empty() {
             stretches.clone_from(&self.stretches);
         }
@@ -130,7 +134,7 @@ impl<'a> Problem<'a> {
 
     /// Cost that noise alone makes in some channels.
     pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
-        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / BUNDLE;
+        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / constants::averaged();
         0.5 * samples as f64 * f64::from(channels.count_ones())
     }
 

@@ -1,11 +1,9 @@
 //! Nominal values corrected within their tolerance: adjustments, not causes.
 
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::parameter::Slot;
 use crate::outcome::Calibration;
-
-/// A nominal value is called calibrated if it moved by this many of its standard errors and tenths of its tolerance.
-const CALIBRATED_SIGMAS: f64 = 2.0;
 
 /// The corrections of a fit that are surely and visibly away from the stated value.
 pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> {
@@ -16,7 +14,7 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
         let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { tolerance };
         let moved = (value - parameter.neutral).abs();
-        if moved > CALIBRATED_SIGMAS * std_error && moved > 0.1 * tolerance {
+        if moved > constants::calibrated_sigmas() * std_error && moved > 0.1 * tolerance {
             out.push(Calibration {
                 name: key.path.to_string(),
                 nominal: key.get(&problem.rig.rig),

@@ -20,7 +20,7 @@ pub(crate) fn next_experiment(verdict: Verdict, causes: &[Cause], problem: &Prob
     let has = &problem.record.available;
     if has.pressure_a && has.pressure_b && problem.judgeable & Channel::Position.bit() == 0 {
         out.push(
-            "The piston hardly moves: record strokes, best the sequence of `plant-sim experiment`, and mechanics and \
+            "The piston hardly moves: record compression, best the sequence of `plant-sim experiment`, and mechanics and \
              friction can be judged."
                 .into(),
         );

@@ -3,7 +3,7 @@
 //! What an observer misses is turned back into what the balance lacks: for a chamber the rate of pressure that goes
 //! missing, for the piston and the supply the error itself.
 
-use crate::balances::chamber::MEMORY_S;
+use crate::constants;
 use crate::data::channel::Channel;
 use crate::data::quality::Quality;
 use crate::outcome::{Dependence, Evidence, Peak};
@@ -177,7 +177,7 @@ impl<'a> Residuals<'a> {
                 let smooth = mean_around(t_s, errors, reach);
                 let growth = rate(t_s, &smooth, reach);
                 // Undoing the observer's memory turns its error back into the rate at which air goes missing.
-                smooth.iter().zip(&growth).map(|(e, g)| (g + e / MEMORY_S) * sigma).collect()
+                smooth.iter().zip(&growth).map(|(e, g)| (g + e / constants::chamber_memory_s()) * sigma).collect()
             };
             let plain = |errors: &[f64], sigma: f64| -> Vec<f64> { errors.iter().map(|e| e * sigma).collect() };
             [

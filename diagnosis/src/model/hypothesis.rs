@@ -1,14 +1,11 @@
 //! A hypothesis: a set of effects on top of nominal values that are known within their tolerance.
 
 use super::effects::{channels, twins};
-use super::parameter::{Parameter, STRAINED, Slot};
+use super::parameter::{Parameter, Slot};
+use crate::constants;
 use crate::data::channel::Channels;
 use plant_model::{Effect, Effects, Plant};
 use rig_files::RigFile;
-
-/// Search step and bound of the factors of terms, whose signals are scaled to about one.
-const TERM_SCALE: f64 = 0.1;
-const LARGEST_TERM: f64 = 20.0;
 
 /// The parameter vector of a set of effects with its values.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +22,7 @@ impl Hypothesis {
     }
 
     /// The same with one more effect beside everything there is already.
-    pub(crate) fn beside(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
+    pub(crate) fn extended_by(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
         let mut out = self.clone();
         out.effects.push(effect);
         out.take_along(effect, &parameters, start);
@@ -47,11 +44,11 @@ impl Hypothesis {
         out.parameters.push(Parameter {
             slot: Slot::Term(index),
             neutral: 0.0,
-            scale: TERM_SCALE,
+            scale: constants::term_scale(),
             negligible: 0.0,
             tolerance: None,
-            min: -LARGEST_TERM,
-            max: LARGEST_TERM,
+            min: -constants::largest_term(),
+            max: constants::largest_term(),
             channels,
         });
         out.values.push(0.0);
@@ -93,7 +90,9 @@ impl Hypothesis {
             }
             if !twin || twins.len() > 1 {
                 let strained = anew
-                    && parameter.tolerance.is_some_and(|t| (value - parameter.neutral).abs() > STRAINED * t)
+                    && parameter
+                        .tolerance
+                        .is_some_and(|t| (value - parameter.neutral).abs() > constants::strained() * t)
                     && parameter.channels & channels(effect) != 0;
                 out.parameters.push(*parameter);
                 out.values.push(if twin || strained { parameter.neutral } else { *value });
@@ -230,7 +229,8 @@ impl Hypothesis {
     /// Channels in which nominal values are strained.
     pub(crate) fn strained(&self) -> Channels {
         let pairs = self.parameters.iter().zip(&self.values);
-        let strained = pairs.filter(|(p, v)| p.tolerance.is_some_and(|t| (**v - p.neutral).abs() > STRAINED * t));
+        let strained =
+            pairs.filter(|(p, v)| p.tolerance.is_some_and(|t| (**v - p.neutral).abs() > constants::strained() * t));
         strained.fold(0, |all, (p, _)| all | p.channels)
     }
 

@@ -1,6 +1,7 @@
 //! The nominal values of the rig file that are corrected within their tolerance.
 
 use super::parameter::{Parameter, Slot};
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use rig_files::{RIG_KEYS, RigFile};
 
@@ -31,10 +32,6 @@ const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
     ("friction.stribeck_velocity_m_per_s", Y),
 ];
 
-/// A nominal value is corrected by this many tolerances at most: what lies farther off is a cause, and a fit that may
-/// go there loses its way.
-const FARTHEST: f64 = 4.0;
-
 /// The nominal values to correct on this rig.
 pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
     let mut out = Vec::new();
@@ -57,8 +54,8 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
                 scale: tolerance.max(1.0e-4 * nominal.abs()),
                 negligible: 0.0,
                 tolerance: Some(tolerance),
-                min: (nominal - FARTHEST * tolerance).max(0.3 * nominal),
-                max: (nominal + FARTHEST * tolerance).min(3.0 * nominal),
+                min: (nominal - constants::farthest_nominal() * tolerance).max(0.3 * nominal),
+                max: (nominal + constants::farthest_nominal() * tolerance).min(3.0 * nominal),
                 channels: channels & judgeable,
             });
         }

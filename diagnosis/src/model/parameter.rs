@@ -4,9 +4,6 @@ use crate::data::channel::Channels;
 use plant_model::Effect;
 use rig_files::RigKey;
 
-/// A nominal value this many tolerances off is strained.
-pub(crate) const STRAINED: f64 = 2.5;
-
 /// What one number of the parameter vector stands for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Slot {

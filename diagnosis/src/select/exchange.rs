@@ -1,21 +1,15 @@
 //! Exchange: a cause replaced by another that explains the log better, one at a time.
 
-use super::backward::{MOST_PRUNED, prune, refit_without};
-use super::forward::{Memory, SAME, Wanted, extensions};
+use super::backward::{prune, refit_without};
+use super::forward::{Memory, Wanted, extensions};
 use super::image::image;
-use super::penalty::{TIE, charged, open, promise};
-use crate::estimate::optimiser::ITERATIONS;
+use super::penalty::{cost_before_pruning, open, penalised_cost};
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::Slot;
 use plant_model::Effect;
 use rayon::prelude::*;
-
-/// Candidates tried in the place of each cause, and most exchanges.
-const ALTERNATIVES: usize = 5;
-const EXCHANGES: usize = 6;
-/// An exchange is likelier if the cost falls by this much; so many of them are tried to the end.
-const LIKELIER: f64 = 4.0;
 
 /// What stands in for a cause that is taken out: everything else fitted anew, and its best extensions.
 pub(crate) struct Alternatives {
@@ -24,25 +18,25 @@ pub(crate) struct Alternatives {
 }
 
 fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit, memory: &mut Memory) -> Alternatives {
-    let wanted = Wanted { acting: effects::channels(effect), most: ALTERNATIVES };
+    let wanted = Wanted { acting: effects::channels(effect), most: constants::alternatives() };
     let mut instead = extensions(problem, &without, &wanted, memory);
-    if let Some(mirrored) = mirrored(problem, best, effect) {
+    if let Some(image_fit) = fit_image(problem, best, effect) {
         let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
-        instead.retain(|fit| last(fit) != last(&mirrored) || fit.cost(problem) < mirrored.cost(problem));
-        if !instead.iter().any(|fit| last(fit) == last(&mirrored)) {
-            memory.note(&mirrored);
-            instead.push(mirrored);
+        instead.retain(|fit| last(fit) != last(&image_fit) || fit.cost(problem) < image_fit.cost(problem));
+        if !instead.iter().any(|fit| last(fit) == last(&image_fit)) {
+            memory.note(&image_fit);
+            instead.push(image_fit);
         }
     }
     Alternatives { without, instead }
 }
 
 /// The same with a cause as the one that is nearly its image.
-fn mirrored(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
+fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
     let hypothesis = image(problem, fit, effect)?;
     let other = hypothesis.effects.last().copied()?;
     let changed = effects::channels(effect) | effects::channels(other);
-    problem.settle(hypothesis, changed, ITERATIONS, fit.cost(problem))
+    problem.fit_and_search(hypothesis, changed, constants::iterations(), fit.cost(problem))
 }
 
 /// Replaces causes one at a time by better ones, as long as that helps, those first that are missed least; with what else
@@ -61,8 +55,8 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
         for place in order {
             let Some(without) = without[place].clone() else { continue };
             let found = alternatives(problem, &best, effects[place], without, memory);
-            if exchanges < EXCHANGES {
-                exchanged = better(problem, &best, &found.instead, &mut seen);
+            if exchanges < constants::exchanges() {
+                exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
             }
             all[place] = Some(found);
             if exchanged.is_some() {
@@ -79,34 +73,41 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
 
 /// The best that becomes of some exchanges for a fit, if it is better; none of those seen before, which are told by their
 /// causes and costs.
-fn better(problem: &Problem<'_>, best: &Fit, instead: &[Fit], seen: &mut Vec<(Vec<Effect>, f64)>) -> Option<Fit> {
-    let (cost, enough) = (best.cost(problem), charged(problem, best) - 1.0);
+fn best_exchange(
+    problem: &Problem<'_>,
+    best: &Fit,
+    instead: &[Fit],
+    seen: &mut Vec<(Vec<Effect>, f64)>,
+) -> Option<Fit> {
+    let (cost, enough) = (best.cost(problem), penalised_cost(problem, best) - 1.0);
     // A likelier exchange may be dearer only until what it makes needless is taken out.
-    let likelier = |fit: &&Fit| promise(problem, fit) < enough || fit.cost(problem) < cost - LIKELIER;
+    let likelier =
+        |fit: &&Fit| cost_before_pruning(problem, fit) < enough || fit.cost(problem) < cost - constants::likelier();
     let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
-    likelier.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+    likelier.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
     let mut new = |fit: &&Fit| {
         let (effects, cost) = (&fit.hypothesis.effects, fit.cost(problem));
-        let known = seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < SAME);
+        let known =
+            seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < constants::same_fit());
         seen.push((effects.clone(), cost));
         !known
     };
-    let likelier: Vec<&Fit> = likelier.into_iter().take(MOST_PRUNED).filter(&mut new).collect();
+    let likelier: Vec<&Fit> = likelier.into_iter().take(constants::pruned_to_the_end()).filter(&mut new).collect();
     let pruned = likelier.into_iter().map(|fit| prune(problem, fit.clone()));
     pruned
-        .filter(|fit| charged(problem, fit) < enough)
-        .min_by(|a, b| charged(problem, a).total_cmp(&charged(problem, b)))
+        .filter(|fit| penalised_cost(problem, fit) < enough)
+        .min_by(|a, b| penalised_cost(problem, a).total_cmp(&penalised_cost(problem, b)))
 }
 
 /// Of two names for the same beside choked flow, the one that leaves the conductance nearer to what is stated.
-pub(crate) fn plainest(
+pub(crate) fn nearest_to_stated(
     problem: &Problem<'_>,
     best: Fit,
     mut all: Vec<Option<Alternatives>>,
 ) -> (Fit, Vec<Option<Alternatives>>) {
     let conductance = |fit: &Fit| fit.hypothesis.value(Slot::Effect(Effect::ChokedFlow, 1));
     let off = |fit: &Fit| conductance(fit).map_or(f64::INFINITY, |scale| scale.ln().abs());
-    let enough = charged(problem, &best) + TIE;
+    let enough = penalised_cost(problem, &best) + constants::tie();
     for place in 0..all.len() {
         let effect = best.hypothesis.effects[place];
         let image = match effect {
@@ -116,7 +117,9 @@ pub(crate) fn plainest(
         };
         let Some(alternatives) = &mut all[place] else { continue };
         let plainer = |fit: &Fit| {
-            fit.hypothesis.effects.last() == Some(&image) && off(fit) < off(&best) && charged(problem, fit) < enough
+            fit.hypothesis.effects.last() == Some(&image)
+                && off(fit) < off(&best)
+                && penalised_cost(problem, fit) < enough
         };
         let Some(found) = alternatives.instead.iter().position(plainer) else { continue };
         let plain = alternatives.instead.remove(found);
@@ -134,7 +137,7 @@ pub(crate) fn plainest(
 
 /// Where a balance stays open: the same with a cause as its image, and other causes exchanged beside it. One that pulls the
 /// other way can keep a third from being found, and look better beside a wrong one.
-pub(crate) fn exchange_mirrored(
+pub(crate) fn exchange_images(
     problem: &Problem<'_>,
     best: Fit,
     all: Vec<Option<Alternatives>>,
@@ -144,9 +147,9 @@ pub(crate) fn exchange_mirrored(
         return (best, all);
     }
     for effect in best.hypothesis.effects.clone() {
-        let Some(image) = mirrored(problem, &best, effect) else { continue };
+        let Some(image) = fit_image(problem, &best, effect) else { continue };
         let (other, alternatives) = exchange(problem, image, memory);
-        if charged(problem, &other) < charged(problem, &best) - LIKELIER {
+        if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {
             return (other, alternatives);
         }
     }

@@ -1,31 +1,16 @@
 //! One more cause: which effects would help a fit most, ranked on a part of the data, the best fitted to all of it.
 
-use super::initial_values::{moves_in_step, starts, starts_fitted};
-use super::penalty::{TIE, gate, promise, wide_open};
+use super::initial_values::{initial_values, initial_values_fitted, moves_nominal_values};
+use super::penalty::{cost_before_pruning, required_gain, wide_open};
 use super::visibility::candidates;
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use crate::estimate::derivatives::Slopes;
-use crate::estimate::optimiser::ITERATIONS;
+use crate::estimate::derivatives::Jacobian;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::hypothesis::Hypothesis;
 use plant_model::Effect;
 use rayon::prelude::*;
-
-/// A candidate is fitted in full if its predicted gain is this part of what it must reach: predictions are linear.
-const PROMISING: f64 = 0.4;
-/// Candidates fitted in full in each round, best predicted gain first.
-const FITTED: usize = 7;
-/// Iterations after which candidates are compared, and how many of them are then finished.
-const FIRST_ITERATIONS: usize = 3;
-const FINISHED: usize = 3;
-const FINISHED_STRAINED: usize = 6;
-/// Most candidates tried where nominal values are strained.
-const MOST_STRAINED: usize = 14;
-/// Fits of the same causes are one fit if their costs differ by no more than this.
-pub(crate) const SAME: f64 = 1.0;
-/// The best extensions found before are fitted anew where a channel's dispersion has changed by this factor.
-const DISPERSED: f64 = 1.1;
 
 /// A hypothesis that was tried, for the appendix of the report.
 #[derive(Clone, Debug)]
@@ -74,7 +59,10 @@ impl Memory {
                 && known.hypothesis.effects.iter().all(|effect| effects.contains(effect))
         };
         let enough = |e: &Explored| acting & !e.acting == 0 && same(&e.from);
-        self.explored.iter().rev().find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + SAME)
+        self.explored
+            .iter()
+            .rev()
+            .find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + constants::same_fit())
     }
 }
 
@@ -86,59 +74,59 @@ struct Candidate {
 }
 
 /// Where additions to a fit are compared: on a part of the data, which stands for the rest.
-struct Ground<'a> {
-    thinned: Problem<'a>,
+struct Scoring<'a> {
+    subset: Problem<'a>,
     /// How many times more data there is.
     ratio: f64,
-    slopes: Slopes,
+    slopes: Jacobian,
     /// The fit with strained nominal values back where they should be, if any are.
-    relaxed: Option<(Fit, Slopes)>,
+    relaxed: Option<(Fit, Jacobian)>,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> Scoring<'a> {
     fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
-        let (thinned, ratio) = problem.thinned();
-        let slopes = thinned.slopes(from)?;
+        let (subset, ratio) = problem.subset();
+        let slopes = subset.jacobian(from)?;
         let relax = || {
-            let fit = thinned.judge(from.hypothesis.relaxed())?;
-            let slopes = thinned.slopes(&fit)?;
+            let fit = subset.evaluate_as_is(from.hypothesis.relaxed())?;
+            let slopes = subset.jacobian(&fit)?;
             Some((fit, slopes))
         };
         let relaxed = if from.hypothesis.strained() == 0 { None } else { relax() };
-        Some(Self { thinned, ratio, slopes, relaxed })
+        Some(Self { subset, ratio, slopes, relaxed })
     }
 
     /// The slopes nearest to an addition that begins with strained values anew or where they are.
-    fn slopes(&self, anew: bool) -> &Slopes {
+    fn jacobian(&self, anew: bool) -> &Jacobian {
         self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
     }
 }
 
 /// The candidates for one more cause that acts on some channels, most promising first.
-fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>, acting: Channels) -> Vec<Candidate> {
+fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, acting: Channels) -> Vec<Candidate> {
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
         .into_iter()
         .filter(|e| !from.hypothesis.effects.contains(e) && effects::channels(*e) & acting != 0)
-        .flat_map(|e| starts(problem, from, e).into_iter().map(move |start| (e, start)))
+        .flat_map(|e| initial_values(problem, from, e).into_iter().map(move |start| (e, start)))
         .collect();
     let extended: Vec<Hypothesis> = open
         .iter()
-        .map(|(effect, start)| from.hypothesis.beside(*effect, problem.parameters(*effect), start))
+        .map(|(effect, start)| from.hypothesis.extended_by(*effect, problem.parameters(*effect), start))
         .collect();
-    let mut scores = ground.thinned.scores(from, &ground.slopes, &extended);
+    let mut scores = scoring.subset.scores(from, &scoring.slopes, &extended);
     // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
-    if let Some((fit, slopes)) = &ground.relaxed {
+    if let Some((fit, slopes)) = &scoring.relaxed {
         let strained = from.hypothesis.strained();
-        let relieves = |k: &usize| effects::channels(open[*k].0) & strained != 0 && !moves_in_step(open[*k].0);
+        let relieves = |k: &usize| effects::channels(open[*k].0) & strained != 0 && !moves_nominal_values(open[*k].0);
         let relieving: Vec<usize> = (0..open.len()).filter(relieves).collect();
         let beside = |k: &usize| {
             let (effect, start) = &open[*k];
-            fit.hypothesis.beside(*effect, problem.parameters(*effect), start)
+            fit.hypothesis.extended_by(*effect, problem.parameters(*effect), start)
         };
-        let others = ground.thinned.scores(fit, slopes, &relieving.iter().map(beside).collect::<Vec<_>>());
+        let others = scoring.subset.scores(fit, slopes, &relieving.iter().map(beside).collect::<Vec<_>>());
         relieving.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
-    scores.iter_mut().for_each(|score| *score *= ground.ratio);
+    scores.iter_mut().for_each(|score| *score *= scoring.ratio);
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -146,7 +134,9 @@ fn promising(problem: &Problem<'_>, from: &Fit, ground: &Ground<'_>, acting: Cha
         let (effect, start) = &open[index];
         let predicted = scores[index];
         match out.iter_mut().find(|c| c.effect == *effect) {
-            Some(candidate) if candidate.starts.len() < starts_fitted(*effect) => candidate.starts.push(start.clone()),
+            Some(candidate) if candidate.starts.len() < initial_values_fitted(*effect) => {
+                candidate.starts.push(start.clone())
+            }
             Some(_) => {}
             None => out.push(Candidate { effect: *effect, starts: vec![start.clone()], predicted }),
         }
@@ -166,7 +156,7 @@ pub(crate) struct Wanted {
 impl Wanted {
     /// Anything that helps.
     pub(crate) fn any(problem: &Problem<'_>) -> Self {
-        Self { acting: problem.judgeable, most: FITTED }
+        Self { acting: problem.judgeable, most: constants::candidates_fitted() }
     }
 }
 
@@ -186,34 +176,35 @@ pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, mem
 /// Extensions found before, as they compare now.
 fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
     let mut fits = explored.fits.clone();
-    let by_promise = |a: &Fit, b: &Fit| promise(problem, a).total_cmp(&promise(problem, b));
-    fits.sort_by(by_promise);
-    let changed = |(new, old): (f64, f64)| new.max(old) > DISPERSED * new.min(old);
+    let by_cost_before_pruning =
+        |a: &Fit, b: &Fit| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b));
+    fits.sort_by(by_cost_before_pruning);
+    let changed = |(new, old): (f64, f64)| new.max(old) > constants::dispersion_changed() * new.min(old);
     if problem.dispersion.into_iter().zip(explored.dispersion).any(changed) {
-        let first = fits.len().min(FINISHED);
+        let first = fits.len().min(constants::candidates_finished());
         fits[..first].par_iter_mut().for_each(|fit| {
-            if let Some(better) = problem.fit(fit.hypothesis.clone(), ITERATIONS) {
+            if let Some(better) = problem.fit(fit.hypothesis.clone(), constants::iterations()) {
                 *fit = better;
             }
         });
-        fits.sort_by(by_promise);
+        fits.sort_by(by_cost_before_pruning);
     }
     fits
 }
 
 /// Extensions found anew.
 fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<Tried>) -> Vec<Fit> {
-    let Some(ground) = Ground::new(problem, from) else { return Vec::new() };
-    let mut candidates = promising(problem, from, &ground, wanted.acting);
+    let Some(scoring) = Scoring::new(problem, from) else { return Vec::new() };
+    let mut candidates = ranked_candidates(problem, from, &scoring, wanted.acting);
     let base = from.cost(problem);
-    let worth = |c: &Candidate| c.predicted > PROMISING * gate(problem, from, c.effect);
+    let worth = |c: &Candidate| c.predicted > constants::score_share() * required_gain(problem, from, c.effect);
     let mut count = candidates.iter().take_while(|c| worth(c)).count().min(wanted.most);
     // Where nominal values are strained they hide what an effect would gain; then all that act there are tried.
     let strained = from.hypothesis.strained();
     if strained != 0 {
         candidates.sort_by_key(|c| effects::channels(c.effect) & strained == 0 && !worth(c));
         let tried = candidates.iter().take_while(|c| effects::channels(c.effect) & strained != 0 || worth(c));
-        count = tried.count().min(MOST_STRAINED);
+        count = tried.count().min(constants::candidates_strained());
     }
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
     if candidates[..count].iter().any(|c| effects::channels(c.effect) & flows != 0)
@@ -242,7 +233,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
-            let ways: &[bool] = if moves_in_step(*effect) {
+            let ways: &[bool] = if moves_nominal_values(*effect) {
                 &[false]
             } else if strained & effects::channels(*effect) == 0 {
                 &[true]
@@ -251,11 +242,12 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
             };
             let begin = |anew: &bool| {
                 let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
-                let (channels, slopes) = (effects::channels(*effect), ground.slopes(*anew));
-                let fit = ground.thinned.begin(extended, channels, FIRST_ITERATIONS, slopes)?;
+                let (channels, slopes) = (effects::channels(*effect), scoring.jacobian(*anew));
+                let fit = scoring.subset.first_steps(extended, channels, constants::first_iterations(), slopes)?;
                 // What only tolerances tell apart must follow all data closely before they show, and stands in for
                 // anything while much else is missing.
-                let on_all_data = if moves_in_step(*effect) && !open { FIRST_ITERATIONS } else { 0 };
+                let on_all_data =
+                    if moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
                 problem.refit(fit.hypothesis, channels, on_all_data)
             };
             ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
@@ -263,16 +255,16 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
         .collect();
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
-    let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * TIE;
+    let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * constants::tie();
     // From strained values a few steps lead less far.
-    let most = if strained == 0 { FINISHED } else { FINISHED_STRAINED };
+    let most = if strained == 0 { constants::candidates_finished() } else { constants::candidates_finished_strained() };
     let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, most).min(begun.len());
     let mut fits: Vec<Fit> = begun
         .par_iter()
         .enumerate()
         .filter_map(|(place, fit)| {
             let changed = fit.hypothesis.effects.last().map_or(0, |effect| effects::channels(*effect));
-            let finish = || problem.settle(fit.hypothesis.clone(), changed, ITERATIONS, lowest);
+            let finish = || problem.fit_and_search(fit.hypothesis.clone(), changed, constants::iterations(), lowest);
             if place < finished { finish() } else { Some(fit.clone()) }
         })
         .collect();
@@ -288,7 +280,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
             }
         })
     });
-    fits.sort_by(|a, b| promise(problem, a).total_cmp(&promise(problem, b)));
+    fits.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
     tried.extend(fits.iter().map(Tried::of));
     fits
 }

@@ -1,12 +1,13 @@
 //! Where a candidate effect begins: the values its fits start from, beside a fit without it.
 
 use super::ripple_spectrum;
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::parameter::Parameter;
 use plant_model::Effect;
 
 /// Starting values of an effect; most leave the model as it is.
-pub(crate) fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
+pub(crate) fn initial_values(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
     let neutral: Vec<f64> = problem.parameters(effect).iter().map(|p| p.neutral).collect();
     match effect {
         Effect::ChokedFlow => vec![vec![0.25, 1.0], vec![0.5, 0.9]],
@@ -59,23 +60,23 @@ pub(crate) fn starts(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<V
 }
 
 /// Whether an effect takes nominal values along with it, so that they start neither anew nor where they are.
-pub(crate) fn moves_in_step(effect: Effect) -> bool {
+pub(crate) fn moves_nominal_values(effect: Effect) -> bool {
     effect == Effect::PositionScale
 }
 
 /// Breakaway forces to start from. Where a piston sticks and slips, each breakaway that comes at another moment puts a wall
 /// beside the right force, and the valley between the walls is a few percent wide.
 fn breakaways(parameter: &Parameter) -> Vec<Vec<f64>> {
-    const FACTORS: [f64; 2] = [0.7, 3.2];
-    const SPACING: f64 = 1.04;
-    let factors = std::iter::successors(Some(FACTORS[0]), |factor| Some(factor * SPACING));
-    let values = factors.take_while(|factor| *factor < FACTORS[1]).map(|factor| factor * parameter.neutral);
+    let factors =
+        std::iter::successors(Some(constants::breakaway_low()), |factor| Some(factor * constants::breakaway_spacing()));
+    let values =
+        factors.take_while(|factor| *factor < constants::breakaway_high()).map(|factor| factor * parameter.neutral);
     let within = values.filter(|value| (parameter.min..=parameter.max).contains(value));
     std::iter::once(parameter.neutral).chain(within).map(|value| vec![value]).collect()
 }
 
 /// How many starting points are fitted: several where the cost has several valleys.
-pub(crate) fn starts_fitted(effect: Effect) -> usize {
+pub(crate) fn initial_values_fitted(effect: Effect) -> usize {
     match effect {
         Effect::StaticFriction => 3,
         Effect::ChokedFlow

@@ -1,16 +1,10 @@
 //! Wavelengths at which the friction residual ripples along the stroke: starting points for periodic friction.
 
+use crate::constants;
 use crate::data::channel::Channel;
 use crate::data::split;
 use crate::estimate::problem::{Fit, Problem};
 use plant_model::Effect;
-
-/// Positions are put into this many places along the travelled range before the spectrum is taken.
-const PLACES: usize = 2048;
-/// Shortest wavelength looked for, in places.
-const SHORTEST_PLACES: f64 = 4.0;
-/// Wavelengths returned.
-const STRONGEST: usize = 4;
 
 /// The wavelengths in m at which the odd part of the force residual is strongest; empty if the piston hardly moves.
 pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
@@ -26,12 +20,13 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
     if range < 50.0 * record.quality.position.standard_deviation {
         return Vec::new();
     }
-    let mut sums = vec![(0.0f64, 0.0f64); PLACES];
+    let mut sums = vec![(0.0f64, 0.0f64); constants::ripple_places()];
     for (k, e) in split::samples(&problem.stretches).zip(e) {
         let v = record.motion.slope[k];
         if v.abs() > moving && !e.is_nan() {
             let y = record.y_smooth.value[k];
-            let place = (((y - low) / range * PLACES as f64) as usize).min(PLACES - 1);
+            let place =
+                (((y - low) / range * constants::ripple_places() as f64) as usize).min(constants::ripple_places() - 1);
             sums[place].0 += (-e * v.signum()).clamp(-10.0, 10.0);
             sums[place].1 += 1.0;
         }
@@ -45,8 +40,8 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
     let scale =
         fit.hypothesis.values_of(Effect::PositionScale).first().copied().filter(|scale| *scale > 0.0).unwrap_or(1.0);
     // The sine has its zero at mid-stroke, so only that phase is looked for.
-    let middle = |place: usize| low + (place as f64 + 0.5) / PLACES as f64 * range;
-    let count = (PLACES as f64 / SHORTEST_PLACES * 4.0) as usize;
+    let middle = |place: usize| low + (place as f64 + 0.5) / constants::ripple_places() as f64 * range;
+    let count = (constants::ripple_places() as f64 / constants::ripple_shortest() * 4.0) as usize;
     let mut spectrum: Vec<(f64, f64)> = (2..count)
         .map(|quarter| {
             let wave = core::f64::consts::TAU * quarter as f64 * 0.25 / range;
@@ -66,7 +61,7 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
         if out.iter().all(|w| (1.0 / (w * scale) - 1.0 / wavelength).abs() > 1.0 / range) {
             out.push(wavelength / scale);
         }
-        if out.len() == STRONGEST {
+        if out.len() == constants::ripple_strongest() {
             break;
         }
     }

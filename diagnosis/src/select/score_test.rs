@@ -1,6 +1,7 @@
 //! What an addition to a fit would gain, predicted without fitting it.
 
-use crate::estimate::derivatives::{Normal, SEARCH_STEP, SearchStep, Slopes, regularised};
+use crate::constants;
+use crate::estimate::derivatives::{DifferenceStep, Jacobian, Normal, regularised};
 use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
@@ -17,10 +18,6 @@ const SMOOTHLESS: [Effect; 6] = [
     Effect::PressureLag,
     Effect::StaticFriction,
 ];
-/// Where a play or a delay has to be overcome first, a small step shows nothing.
-const OVERCOMING: SearchStep = SearchStep { rugged: 0.2, smooth: 0.2 };
-/// Starting values of an effect, beside the neutral ones, from which slopes are taken: those that gain the most as they are.
-const SLOPED: usize = 3;
 
 /// A candidate at its starting values.
 struct Started {
@@ -33,7 +30,7 @@ struct Started {
 impl Problem<'_> {
     /// What extending a fit to each of some hypotheses would gain: exact at their starting values, to first order from
     /// there. The candidates hold the fit's parameters first, then those they add.
-    pub(crate) fn scores(&self, fit: &Fit, slopes: &Slopes, candidates: &[Hypothesis]) -> Vec<f64> {
+    pub(crate) fn scores(&self, fit: &Fit, slopes: &Jacobian, candidates: &[Hypothesis]) -> Vec<f64> {
         let values = &fit.hypothesis.values;
         let base = &slopes.base;
         let own: Vec<&Residuals> = slopes.columns.iter().collect();
@@ -42,12 +39,12 @@ impl Problem<'_> {
         let cost = self.total(base, &fit.hypothesis, values);
         let started: Vec<Option<Started>> =
             candidates.par_iter().map(|extended| self.start(extended, values.len(), base, cost)).collect();
-        let sloped = sloped(candidates, &started);
-        (candidates.par_iter().zip(&started).zip(sloped))
-            .map(|((extended, started), sloped)| {
+        let differentiated = differentiated(candidates, &started);
+        (candidates.par_iter().zip(&started).zip(differentiated))
+            .map(|((extended, started), differentiated)| {
                 let Some(started) = started else { return 0.0 };
-                match sloped {
-                    Start::Sloped => {}
+                match differentiated {
+                    Start::Differentiated => {}
                     Start::AsItIs => return started.gained.max(0.0),
                     Start::OnASlope => return 0.0,
                 }
@@ -56,8 +53,12 @@ impl Problem<'_> {
                     .map(|index| {
                         let smoothless =
                             matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
-                        let step = if smoothless { &OVERCOMING } else { &SEARCH_STEP };
-                        self.column(extended, &extended.values, at_start, index, step)
+                        let step = if smoothless {
+                            DifferenceStep { rough: constants::step_overcoming(), smooth: constants::step_overcoming() }
+                        } else {
+                            DifferenceStep::of_fits()
+                        };
+                        self.jacobian_column(extended, &extended.values, at_start, index, &step)
                     })
                     .collect();
                 let columns: Vec<&Residuals> = own.iter().copied().chain(&added).collect();
@@ -92,7 +93,7 @@ impl Problem<'_> {
 #[derive(Clone, Copy)]
 enum Start {
     /// It is worth taking slopes there.
-    Sloped,
+    Differentiated,
     /// What it gains as it is tells enough.
     AsItIs,
     /// A neighbour on the same grid lies lower: it leads into the same valley.
@@ -101,7 +102,7 @@ enum Start {
 
 /// Which candidates are worth taking slopes: all neutral starts, and of each effect's others the best. Breakaway forces form
 /// a grid over several valleys; of each valley the lowest point counts.
-fn sloped(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec<Start> {
+fn differentiated(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec<Start> {
     let last = |place: usize| candidates[place].effects.last();
     let moved = |place: usize| started[place].as_ref().filter(|s| s.residuals.is_some()).map(|s| s.gained);
     let on_a_slope = |place: usize, gained: f64| {
@@ -112,16 +113,21 @@ fn sloped(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec<Start> 
     let starts: Vec<Start> = (0..candidates.len())
         .map(|place| match moved(place) {
             Some(gained) if on_a_slope(place, gained) => Start::OnASlope,
-            _ => Start::Sloped,
+            _ => Start::Differentiated,
         })
         .collect();
     (0..candidates.len())
         .map(|place| {
-            let (Some(gained), Start::Sloped) = (moved(place), starts[place]) else { return starts[place] };
+            let (Some(gained), Start::Differentiated) = (moved(place), starts[place]) else { return starts[place] };
             let rivals = (0..candidates.len()).filter(|other| *other != place && last(*other) == last(place));
-            let better =
-                |other: &usize| matches!(starts[*other], Start::Sloped) && moved(*other).is_some_and(|g| g > gained);
-            if rivals.filter(better).count() < SLOPED { Start::Sloped } else { Start::AsItIs }
+            let better = |other: &usize| {
+                matches!(starts[*other], Start::Differentiated) && moved(*other).is_some_and(|g| g > gained)
+            };
+            if rivals.filter(better).count() < constants::starts_sloped() {
+                Start::Differentiated
+            } else {
+                Start::AsItIs
+            }
         })
         .collect()
 }

@@ -1,20 +1,15 @@
 //! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
 
-use super::backward::{MOST_PRUNED, prune};
-use super::exchange::{exchange, exchange_mirrored, plainest};
+use super::backward::prune;
+use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
-use super::penalty::{charged, wanting, wide_open};
-use super::simplify::{slim, sure};
+use super::penalty::{penalised_cost, shortfall, wide_open};
+use super::simplify::{drop_needless_half, drop_uncertain};
 use super::ties::ties;
-use crate::estimate::optimiser::ITERATIONS;
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use plant_model::Effect;
-
-/// No more causes than this are composed.
-const MOST_CAUSES: usize = 4;
-/// Other first causes tried where a search ends wide open.
-const RESTARTS: usize = 2;
 
 /// The outcome of the search.
 pub(crate) struct Found {
@@ -30,18 +25,25 @@ pub(crate) struct Found {
 
 /// Adds cause after cause to a fit, each time the likeliest that makes the whole likelier, and takes out what becomes
 /// needless.
-fn compose(problem: &Problem<'_>, start: Fit, most: usize, memory: &mut Memory, progress: &dyn Fn(&str)) -> Fit {
+fn forward_selection(
+    problem: &Problem<'_>,
+    start: Fit,
+    most: usize,
+    memory: &mut Memory,
+    progress: &dyn Fn(&str),
+) -> Fit {
     let mut current = start;
     while current.hypothesis.effects.len() < most {
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
         // The likeliest may act on so many channels that it matters in none.
         let enough = |next: &Fit| {
-            next.hypothesis.effects.last().is_some_and(|added| wanting(problem, next, &current, *added) < 0.0)
+            next.hypothesis.effects.last().is_some_and(|added| shortfall(problem, next, &current, *added) < 0.0)
         };
         let fits = extensions(problem, &current, &Wanted::any(problem), memory);
-        let mut pruned = fits.into_iter().filter(enough).take(MOST_PRUNED).map(|next| prune(problem, next));
-        let before = charged(problem, &current);
-        let Some(next) = pruned.find(|next| charged(problem, next) < before) else { break };
+        let mut pruned =
+            fits.into_iter().filter(enough).take(constants::pruned_to_the_end()).map(|next| prune(problem, next));
+        let before = penalised_cost(problem, &current);
+        let Some(next) = pruned.find(|next| penalised_cost(problem, next) < before) else { break };
         current = next;
     }
     current
@@ -51,14 +53,14 @@ fn compose(problem: &Problem<'_>, start: Fit, most: usize, memory: &mut Memory, 
 pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: &dyn Fn(&str)) -> Option<Found> {
     let mut memory = Memory::default();
     progress("nominal model");
-    let null = problem.fit(nominal.clone(), ITERATIONS)?;
-    let mut current = compose(problem, null.clone(), MOST_CAUSES, &mut memory, progress);
+    let null = problem.fit(nominal.clone(), constants::iterations())?;
+    let mut current = forward_selection(problem, null.clone(), constants::most_causes(), &mut memory, progress);
     // A wrong first cause can make every later one look wrong: then others come first.
     if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
         let first: Vec<Fit> = extensions(problem, &null, &Wanted::any(problem), &mut memory);
-        for start in first.into_iter().skip(1).take(RESTARTS) {
-            let other = compose(problem, start, MOST_CAUSES - 1, &mut memory, progress);
-            if charged(problem, &other) < charged(problem, &current) {
+        for start in first.into_iter().skip(1).take(constants::restarts()) {
+            let other = forward_selection(problem, start, constants::most_causes() - 1, &mut memory, progress);
+            if penalised_cost(problem, &other) < penalised_cost(problem, &current) {
                 current = other;
             }
             if !wide_open(problem, &current) {
@@ -71,13 +73,13 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     let mut pruned = prune(problem, current);
     // What becomes needless may make room for what is missing.
     if wide_open(problem, &pruned) {
-        pruned = compose(problem, pruned, MOST_CAUSES, &mut memory, progress);
+        pruned = forward_selection(problem, pruned, constants::most_causes(), &mut memory, progress);
     }
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
-    let (best, alternatives) = exchange_mirrored(problem, best, alternatives, &mut memory);
-    let (best, alternatives) = plainest(problem, best, alternatives);
-    let (best, alternatives) = sure(problem, slim(problem, best), alternatives);
+    let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
+    let (best, alternatives) = nearest_to_stated(problem, best, alternatives);
+    let (best, alternatives) = drop_uncertain(problem, drop_needless_half(problem, best), alternatives);
     let (ties, losses) = ties(problem, &best, alternatives);
     Some(Found { null, best, ties, losses, tried: memory.tried })
 }

@@ -1,24 +1,21 @@
 //! Ties: for each cause, what explains the log as well in its place.
 
 use super::exchange::Alternatives;
-use super::penalty::{TIE, charged};
+use super::penalty::penalised_cost;
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use plant_model::Effect;
 
-/// Beside [`TIE`], alternatives within this part of what the cause gains cannot be told from it: the balances' numerical
-/// error, and when sticking pistons break away, decide so small a difference.
-const TIE_OF_GAIN: f64 = 0.003;
-
 /// For each cause: alternatives that explain the log as well in its place, and what its absence costs.
 pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternatives>>) -> (Vec<Vec<Effect>>, Vec<f64>) {
-    let cost = charged(problem, best);
+    let cost = penalised_cost(problem, best);
     let of = |(effect, alternatives): (&Effect, Option<Alternatives>)| {
         let mut tied = Vec::new();
         let mut loss = 0.0;
         if let Some(Alternatives { without, instead }) = alternatives {
             loss = without.cost(problem) - best.cost(problem);
-            let tie = TIE.max(TIE_OF_GAIN * loss);
-            let as_good = instead.iter().filter(|fit| charged(problem, fit) < cost + tie);
+            let tie = constants::tie().max(constants::tie_of_gain() * loss);
+            let as_good = instead.iter().filter(|fit| penalised_cost(problem, fit) < cost + tie);
             for other in as_good.filter_map(|fit| fit.hypothesis.effects.last().copied()) {
                 if other != *effect && !tied.contains(&other) {
                     tied.push(other);

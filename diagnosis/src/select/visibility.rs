@@ -1,12 +1,10 @@
 //! Which effects the log could show at all, were they there.
 
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use plant_model::Effect;
 use rayon::prelude::*;
-
-/// Half the squared change of predictions, in noise units, from which on an effect counts as visible in a log.
-const RESPONDS: f64 = 50.0;
 
 /// The effects that would change the predictions visibly at a plainly visible strength, were they there.
 pub(crate) fn visible(problem: &Problem<'_>, fit: &Fit, candidates: &[Effect]) -> Vec<Effect> {
@@ -28,13 +26,13 @@ impl Problem<'_> {
             return true;
         }
         let channels = parameters.iter().fold(0, |all, p| all | p.channels);
-        let extended = fit.hypothesis.beside(effect, parameters, &start);
+        let extended = fit.hypothesis.extended_by(effect, parameters, &start);
         let base = self.evaluate(&fit.hypothesis, &fit.hypothesis.values, channels);
         let moved = self.evaluate(&extended, &extended.values, channels);
         let (Some(base), Some(moved)) = (base, moved) else { return false };
         let pairs = base.channels.iter().zip(&moved.channels).zip(self.dispersion);
         let change: f64 = pairs.map(|((a, b), d)| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / d).sum();
-        0.5 * change > RESPONDS
+        0.5 * change > constants::visible_change()
     }
 }
 

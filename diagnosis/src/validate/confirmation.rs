@@ -1,15 +1,10 @@
 //! Whether the part of the log held back confirms the causes found on the rest.
 
 use super::hold_out;
+use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::PerChannel;
 use crate::select::search::Found;
-
-/// Predictions on the part held back count as no worse while their squared errors grow by no more than this; by no more
-/// than the second where the balances there gain this part of what noise costs them.
-const NO_WORSE: f64 = 1.01;
-const LITTLE_WORSE: f64 = 1.1;
-const PLAIN_GAIN: f64 = 0.1;
 
 /// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
 pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
@@ -17,11 +12,16 @@ pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> boo
     if held.stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
         return true;
     }
-    let cost = |fit: &Fit| held.judge(fit.hypothesis.clone()).map(|f| f.cost(&held));
+    let cost = |fit: &Fit| held.evaluate_as_is(fit.hypothesis.clone()).map(|f| f.cost(&held));
     match (cost(&found.null), cost(&found.best)) {
         (Some(null), Some(best)) => {
-            let plain = null - best > PLAIN_GAIN * held.noise_cost(held.judgeable);
-            best < null && predicts_no_worse(problem, found, if plain { LITTLE_WORSE } else { NO_WORSE })
+            let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
+            best < null
+                && predicts_no_worse(
+                    problem,
+                    found,
+                    if plain { constants::little_worse() } else { constants::no_worse() },
+                )
         }
         _ => false,
     }

@@ -4,6 +4,7 @@
 //! everything else, as long as each takes away more misfit than chance or a trifle would. What comes out is a
 //! description, never a name. It also guards the names: a cause that a single term makes needless was its shadow.
 
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
@@ -12,17 +13,6 @@ use crate::outcome::{Description, MissingTerm};
 use crate::select::backward;
 use plant_model::Effect;
 use rayon::prelude::*;
-
-/// A term must lower the cost by this much: several are tried, and none has a physics of its own to speak for it.
-const GATE: f64 = 25.0;
-/// A term must take away this part of the cost of the balances it acts on.
-const RELEVANT: f64 = 0.03;
-/// Terms in one description.
-const MOST_TERMS: usize = 3;
-/// Terms fitted in full in each round.
-const FITTED: usize = 3;
-/// Iterations of a fit: factors enter linearly.
-const ITERATIONS: usize = 5;
 
 /// A hypothesis with terms added.
 pub(crate) struct Extended {
@@ -34,29 +24,37 @@ pub(crate) struct Extended {
 /// Adds the terms that the balances in `where_` lack.
 pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Extended {
     let mut out = Extended { fit: from.clone(), terms: Vec::new() };
-    while out.terms.len() < MOST_TERMS {
+    while out.terms.len() < constants::most_terms() {
         let open: Vec<usize> = (0..problem.terms.len())
             .filter(|index| !out.terms.contains(index) && problem.terms[*index].channels & where_ != 0)
             .collect();
         let candidates: Vec<Hypothesis> =
             open.iter().map(|index| out.fit.hypothesis.with_term(*index, problem.terms[*index].channels)).collect();
-        let Some(slopes) = problem.slopes(&out.fit) else { break };
+        let Some(slopes) = problem.jacobian(&out.fit) else { break };
         let scores = problem.scores(&out.fit, &slopes, &candidates);
-        let mut order: Vec<usize> = (0..open.len()).filter(|k| scores[*k] > 0.5 * GATE).collect();
+        let mut order: Vec<usize> = (0..open.len()).filter(|k| scores[*k] > 0.5 * constants::term_gain()).collect();
         order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
-        order.truncate(FITTED);
+        order.truncate(constants::terms_fitted());
         let best = order
             .par_iter()
             .filter_map(|k| {
                 let channels = problem.terms[open[*k]].channels;
-                Some((open[*k], problem.settle(candidates[*k].clone(), channels, ITERATIONS, f64::INFINITY)?))
+                Some((
+                    open[*k],
+                    problem.fit_and_search(
+                        candidates[*k].clone(),
+                        channels,
+                        constants::term_iterations(),
+                        f64::INFINITY,
+                    )?,
+                ))
             })
             .min_by(|(_, a), (_, b)| a.cost(problem).total_cmp(&b.cost(problem)));
         let Some((index, fit)) = best else { break };
         let channels = problem.terms[index].channels;
         let before = out.fit.cost_in(problem, channels);
         let gained = out.fit.cost(problem) - fit.cost(problem);
-        if gained < GATE.max(RELEVANT * before) {
+        if gained < constants::term_gain().max(constants::term_share() * before) {
             break;
         }
         out.fit = fit;
@@ -66,7 +64,7 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
 }
 
 /// The causes that become needless beside the terms: they only made up for what the catalogue lacks.
-pub(crate) fn shadows(problem: &Problem<'_>, extended: &Extended) -> Vec<Effect> {
+pub(crate) fn superseded(problem: &Problem<'_>, extended: &Extended) -> Vec<Effect> {
     let kept = backward::prune(problem, extended.fit.clone()).hypothesis.effects;
     extended.fit.hypothesis.effects.iter().copied().filter(|e| !kept.contains(e)).collect()
 }
@@ -87,7 +85,8 @@ pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, ex
         std_error: fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)].max(0.0).sqrt()),
     });
     let touched = terms.iter().fold(0, |all, index| all | problem.terms[*index].channels);
-    let on_held =
-        |hypothesis: &Hypothesis| held.judge(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, touched));
+    let on_held = |hypothesis: &Hypothesis| {
+        held.evaluate_as_is(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, touched))
+    };
     Description { terms: missing.collect(), holdout_share: 1.0 - on_held(&fit.hypothesis) / on_held(&from.hypothesis) }
 }

@@ -1,6 +1,7 @@
 //! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
 
 use crate::balances::{supply, valve};
+use crate::constants;
 use crate::data::prepare;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
@@ -12,8 +13,6 @@ use rig_files::RigFile;
 pub(crate) const HORIZON_S: f64 = 0.2;
 /// The gain is told for these horizons as well, s.
 pub(crate) const OTHER_HORIZONS_S: [f64; 2] = [0.05, 1.0];
-/// The spool is run in for this long before each restart, s.
-const RUN_IN_S: f64 = 0.15;
 
 /// Two models to be compared on the part of a log held back.
 pub(crate) struct Comparison<'a> {
@@ -77,7 +76,7 @@ impl<'a> Comparison<'a> {
 /// Starts and ends of predictions within a stretch, none of them touching an end stop.
 fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<(usize, usize)> {
     let interval = record.quality.interval_s.max(1.0e-6);
-    let (run_in, length) = ((RUN_IN_S / interval) as usize, (horizon_s / interval) as usize);
+    let (run_in, length) = ((constants::run_in_s() / interval) as usize, (horizon_s / interval) as usize);
     let mut out = Vec::new();
     let mut start = stretch.start + run_in;
     while start + length <= stretch.end && length > 1 {
@@ -125,7 +124,7 @@ impl Commands<'_> {
 /// Where to begin so that the spool has run in at `start`.
 fn run_in(record: &Record, stretch: &Stretch, start: usize) -> usize {
     let interval = record.quality.interval_s.max(1.0e-6);
-    start - ((RUN_IN_S / interval) as usize).min(start - stretch.start)
+    start - ((constants::run_in_s() / interval) as usize).min(start - stretch.start)
 }
 
 /// What the sensors would have shown over a part of the recording had the model been the rig, noise included.

@@ -1,8 +1,9 @@
 //! Which causes deserve their names, and the verdict.
 
-use super::closure::{LIKE_NOISE, closed_cost, like_noise};
+use super::closure::{closed_cost, like_noise};
 use super::confirmation::confirmed_on_hold_out;
 use super::foreign_terms;
+use crate::constants;
 use crate::data::channel::Channels;
 use crate::estimate::problem::Problem;
 use crate::model::effects;
@@ -11,16 +12,6 @@ use crate::select::search::Found;
 use plant_model::Effect;
 use rig_files::Verdict;
 
-/// Misfit up to which causes leave nothing in a balance.
-const WHITE_ENOUGH: f64 = 1.12;
-/// Part of what causes take away that must lie above the misfit of white noise, or be strain of nominal values.
-const LEAST_EXCESS: f64 = 0.2;
-/// Most causes named at once.
-const MOST_NAMED: usize = 3;
-/// Beyond the most causes named, one that explains less of the gap than this is a lead and casts no doubt on the others.
-const TRIFLE: f64 = 0.01;
-/// Least share of the gap for a cause named while a balance stays open.
-const LEAST_SHARE_BESIDE_A_GAP: f64 = 0.1;
 /// What stands of the causes found.
 pub(crate) struct Judgement {
     pub(crate) causes: Vec<Cause>,
@@ -50,20 +41,20 @@ impl Judgement {
 pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], all: Vec<Cause>) -> Judgement {
     let open: Channels = balances.iter().filter(|b| !b.closed).map(|b| b.channel.bit()).sum();
     // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
-    let few = all.iter().filter(|c| c.share >= TRIFLE).count() <= MOST_NAMED;
-    let trifles = all.len() > MOST_NAMED;
+    let few = all.iter().filter(|c| c.share >= constants::trifle()).count() <= constants::most_named();
+    let trifles = all.len() > constants::most_named();
     let most = explains_most(found, balances);
     let held = explains_excess(problem, found, balances) && confirmed_on_hold_out(problem, found);
     let confirmed = few && most && held;
-    let shadows = shadows(problem, found);
+    let superseded = superseded(problem, found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (cause, effect) in all.into_iter().zip(&found.best.hypothesis.effects) {
         // Where a gap stays open, a small share beside it is as likely its shadow.
-        let stands = open == 0 || cause.share >= LEAST_SHARE_BESIDE_A_GAP;
-        let trifle = trifles && cause.share < TRIFLE;
+        let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
+        let trifle = trifles && cause.share < constants::trifle();
         let closed = effects::channels(*effect) & open == 0;
-        if closed && confirmed && stands && !trifle && !shadows.contains(effect) {
+        if closed && confirmed && stands && !trifle && !superseded.contains(effect) {
             causes.push(cause);
         } else {
             leads.push(cause);
@@ -71,7 +62,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     }
     // What shares a balance with a mere lead may only make up for it.
     loop {
-        let doubtful = acted_on(leads.iter().filter(|c| c.share >= TRIFLE));
+        let doubtful = acted_on(leads.iter().filter(|c| c.share >= constants::trifle()));
         let shares = |c: &Cause| Effect::from_id(&c.id).is_some_and(|e| effects::channels(e) & doubtful != 0);
         let Some(place) = causes.iter().position(shares) else { break };
         leads.push(causes.remove(place));
@@ -83,8 +74,8 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let any = !found.best.hypothesis.effects.is_empty();
     let plain = |b: &Balance| b.nominal_misfit >= 0.5 * closed_cost(b.channel);
     let unclosed = any && causes.is_empty() && balances.iter().any(plain);
-    let gap = open != 0 || !few || trifles || !most || !shadows.is_empty() || unclosed;
-    let quiet = !held && balances.iter().all(|b| b.nominal_misfit < LIKE_NOISE);
+    let gap = open != 0 || !few || trifles || !most || !superseded.is_empty() || unclosed;
+    let quiet = !held && balances.iter().all(|b| b.nominal_misfit < constants::like_noise());
     Judgement { causes, leads, open, gap, quiet }
 }
 
@@ -99,13 +90,13 @@ fn touched(found: &Found) -> Channels {
 }
 
 /// Causes that terms outside the catalogue make needless.
-fn shadows(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
+fn superseded(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
     let touched = touched(found);
     if touched == 0 {
         return Vec::new();
     }
     let extended = foreign_terms::extend(problem, &found.best, touched);
-    if extended.terms.is_empty() { Vec::new() } else { foreign_terms::shadows(problem, &extended) }
+    if extended.terms.is_empty() { Vec::new() } else { foreign_terms::superseded(problem, &extended) }
 }
 
 /// Whether the causes take away more misfit from the balances they act on than they leave: a name for the smaller part
@@ -116,7 +107,7 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
         gained += balance.nominal_misfit - balance.extended_misfit;
         if !like_noise(balance.extended_misfit, balance.remaining_dispersion) {
-            left += (balance.extended_misfit - WHITE_ENOUGH).max(0.0);
+            left += (balance.extended_misfit - constants::white_enough()).max(0.0);
         }
     }
     left == 0.0 || gained > left
@@ -133,5 +124,5 @@ fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -
             .map(|b| (value(b.nominal_misfit) - value(b.extended_misfit)) * problem.noise_cost(b.channel.bit()));
         gains.sum::<f64>() + relieved
     };
-    touched == 0 || of(|misfit| misfit.max(1.0)) >= LEAST_EXCESS * of(|misfit| misfit)
+    touched == 0 || of(|misfit| misfit.max(1.0)) >= constants::least_excess() * of(|misfit| misfit)
 }

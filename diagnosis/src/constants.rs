@@ -1,0 +1,502 @@
+//! Every number the diagnosis was given and did not derive, in one table.
+//!
+//! A constant is a function, so that `--features sensitivity` can halve and double it: `docs/diagnosis-constants.md` says how
+//! the answers change then. Without the feature it is the number itself.
+
+/// A constant with its place in the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant {
+    /// Stage of the diagnosis.
+    pub stage: &'static str,
+    /// Name of the function.
+    pub name: &'static str,
+    /// Value.
+    pub value: f64,
+    /// Unit; empty for a number.
+    pub unit: &'static str,
+    /// What it decides.
+    pub meaning: &'static str,
+    /// Where it is from.
+    pub origin: &'static str,
+    /// Whether it counts something: halved and doubled to whole numbers, no less than one.
+    pub whole: bool,
+}
+
+/// A number that a constant can be.
+trait Number: Copy {
+    const WHOLE: bool;
+    fn as_f64(self) -> f64;
+    #[cfg(feature = "sensitivity")]
+    fn times(self, factor: f64) -> Self;
+}
+
+impl Number for f64 {
+    const WHOLE: bool = false;
+    fn as_f64(self) -> f64 {
+        self
+    }
+    #[cfg(feature = "sensitivity")]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+}
+
+impl Number for usize {
+    const WHOLE: bool = true;
+    fn as_f64(self) -> f64 {
+        self as f64
+    }
+    #[cfg(feature = "sensitivity")]
+    fn times(self, factor: f64) -> Self {
+        (self as f64 * factor).round().max(1.0) as Self
+    }
+}
+
+macro_rules! constants {
+    ($($stage:literal { $($name:ident: $type:ty = $value:literal, $unit:literal, $meaning:literal, $origin:literal;)+ })+) => {
+        $($(
+            #[doc = $meaning]
+            #[inline(always)]
+            pub(crate) fn $name() -> $type {
+                #[cfg(feature = "sensitivity")]
+                {
+                    Number::times($value, factor_of(stringify!($name)))
+                }
+                #[cfg(not(feature = "sensitivity"))]
+                {
+                    $value
+                }
+            }
+        )+)+
+
+        /// All of them, by stage.
+        #[must_use]
+        pub fn table() -> Vec<Constant> {
+            vec![$($(Constant {
+                stage: $stage,
+                name: stringify!($name),
+                value: <$type as Number>::as_f64($value),
+                unit: $unit,
+                meaning: $meaning,
+                origin: $origin,
+                whole: <$type as Number>::WHOLE,
+            },)+)+]
+        }
+    };
+}
+
+/// The one constant that is changed, and its factor. Set once, before the first diagnosis.
+#[cfg(feature = "sensitivity")]
+static CHANGED: std::sync::OnceLock<(String, f64)> = std::sync::OnceLock::new();
+
+/// Multiplies one constant, for the rest of the process.
+///
+/// # Errors
+/// The name if there is no such constant, or one was changed already.
+#[cfg(feature = "sensitivity")]
+pub fn change(name: &str, factor: f64) -> Result<(), String> {
+    if !table().iter().any(|c| c.name == name) {
+        return Err(name.to_string());
+    }
+    CHANGED.set((name.to_string(), factor)).map_err(|(name, _)| name)
+}
+
+#[cfg(feature = "sensitivity")]
+fn factor_of(name: &str) -> f64 {
+    CHANGED.get().filter(|(changed, _)| changed == name).map_or(1.0, |(_, factor)| *factor)
+}
+
+constants! {
+    "data" {
+        interruption: f64 = 2.5, "usual intervals",
+            "A longer step of time interrupts the log.",
+            "between one lost sample (2) and two (3)";
+        chunks: usize = 16, "",
+            "The log is cut into about this many chunks for fitting and for holding back.",
+            "four pieces held back, from all parts of the log";
+        held_back_every: usize = 4, "chunks",
+            "Every so many chunks one is held back.",
+            "a quarter held back: Ljung (1999), 16.6, takes a quarter to a half";
+        shortest_stretch_s: f64 = 0.3, "s",
+            "Shorter stretches are not judged.",
+            "three times the settling time of the balances";
+        least_in_a_stretch: usize = 8, "samples",
+            "Nor are stretches of fewer samples.",
+            "two averaged innovations";
+        volume_reach: usize = 7, "samples",
+            "Half the window of the local parabola that smooths the position for chamber volumes.",
+            "15 ms at 1 kHz: a third of the noise, no visible bias below 20 Hz";
+        velocity_reach: usize = 15, "samples",
+            "The same for the velocity.",
+            "31 ms at 1 kHz: 1.0 mm/s of error from 50 um of noise";
+        pressure_reach: usize = 9, "samples",
+            "The same for chamber pressures, in each of two passes.",
+            "41 to 61 ms were best in grey-box trials, 21 ms hides a pressure lag";
+        largest_play_v: f64 = 0.2, "V",
+            "The command has gone through any likely hysteresis once it has changed by twice this.",
+            "five times the 0.4 % of stroke of a catalogue's proportional valve";
+        past_forgotten_s: f64 = 0.5, "s",
+            "What happened before the log counts no more after this long, hysteresis apart.",
+            "several recovery times of a supply";
+        longest_unknown_past: f64 = 0.1, "of the log",
+            "All counts as known after this part of the log.",
+            "leaves nine tenths to be judged";
+        samples_alike: f64 = 4.0, "samples",
+            "Errors of the smoothed position are alike over about this many samples.",
+            "the samples averaged into one innovation";
+        end_stop_settling_s: f64 = 0.1, "s",
+            "After an end stop the force balance is not judged for this long.",
+            "the observers' settling time";
+        unknown_volume: f64 = 3.0, "tolerances",
+            "A chamber smaller than so many tolerances of its volume at mid-stroke is not judged.",
+            "three standard errors: its volume may be zero";
+        leaning: f64 = 3.0, "static frictions",
+            "A piston at rest against so many times its static friction leans on an end stop.",
+            "three times what friction can hold";
+        near_end: f64 = 0.15, "of half the stroke",
+            "It must read within this part of half the stroke from there.",
+            "three times the largest position scale error expected";
+        least_leaning: usize = 50, "samples",
+            "Fewer samples against a stop do not show where it is.",
+            "the median of 50 readings is known to a sixth of their noise";
+        least_noise: f64 = 1.0e-5, "of the range",
+            "A signal with less noise repeats itself wherever it rests, so that repeats show no limit.",
+            "a third of one code of 16 bits";
+        railed_position_run: usize = 20, "samples",
+            "A position that repeats its extreme so often is at its sensor's limit.",
+            "by chance once in a million samples at the noise below";
+        railed_position_noise: f64 = 0.6, "steps",
+            "If its noise is at least this, in smallest steps.",
+            "with less noise a rest repeats itself";
+        railed_pressure_run: usize = 8, "samples",
+            "The same for a pressure, which peaks for a moment only.",
+            "see the position's";
+        railed_pressure_noise: f64 = 1.5, "steps",
+            "The same for a pressure.",
+            "see the position's";
+        numerical_error_m: f64 = 5.0e-6, "m",
+            "No position is judged more closely: what the force balance itself errs by.",
+            "measured against steps of 2 us";
+        numerical_error_pa: f64 = 10.0, "Pa",
+            "No pressure is judged more closely.",
+            "measured on logs without noise";
+    }
+    "model" {
+        strained: f64 = 2.5, "tolerances",
+            "A nominal value farther off is strained.",
+            "once in eighty values by chance";
+        farthest_nominal: f64 = 4.0, "tolerances",
+            "A nominal value is corrected by no more.",
+            "once in 16,000 values by chance: beyond that it is a cause";
+        term_scale: f64 = 0.1, "",
+            "Unit of search steps for factors of terms outside the catalogue.",
+            "their signals are scaled to one";
+        largest_term: f64 = 20.0, "",
+            "Largest such factor.",
+            "twenty times friction or flow as stated";
+    }
+    "balances" {
+        chamber_memory_s: f64 = 1.0, "s",
+            "Time constant of the chamber's observer.",
+            "long enough for leaks to build up, short enough to forget within a few strokes";
+        chamber_settling_s: f64 = 0.1, "s",
+            "The first part of every stretch is not judged: spool and delays are unknown there.",
+            "ten times the longest valve lag in a catalogue";
+        chamber_settling_memory_s: f64 = 0.02, "s",
+            "Time constant of the observer while it settles.",
+            "a fifth of the settling time";
+        chamber_clear: f64 = 0.5, "",
+            "Where pressure noise is less than this part of what position noise makes, the prediction follows the measurement.",
+            "equal shares are 0.7";
+        piston_settling_s: f64 = 0.1, "s",
+            "The first part of every stretch is not judged.",
+            "several periods of the position observer";
+        rest_sigmas: f64 = 4.0, "standard errors",
+            "A piston slower than so many standard errors of its velocity is at rest.",
+            "once in 16,000 samples by chance";
+        least_motion_s: f64 = 0.5, "s",
+            "With less motion mechanics are not judged.",
+            "one stroke";
+        mispredicted: f64 = 6.0, "standard errors",
+            "A prediction farther off while one piston rests and the other moves is given up.",
+            "six standard errors: never by chance";
+        fully_bent: f64 = 0.97, "of the limit",
+            "Bristles are fully deflected from here on.",
+            "numerical: 3 % of friction";
+        bend_step: f64 = 0.2, "of the limit",
+            "While they deflect a step moves them by no more.",
+            "numerical: five steps over the presliding range";
+        most_parts: f64 = 40.0, "",
+            "An interval is divided into no more parts.",
+            "numerical: bounds the cost";
+        sliding: f64 = 3.0, "Stribeck velocities",
+            "Faster than this the piston slides.",
+            "the Stribeck term is 1e-4 there";
+        gentle: f64 = 0.1, "of the force",
+            "The sliding force changes by no more within an interval, or the piston must move far.",
+            "numerical";
+        far: f64 = 5.0, "presliding ranges",
+            "Having moved by this, it does not matter how the bristles were deflected before.",
+            "exp(-5) is 0.7 %";
+        bristle_backstop: f64 = 3.0, "of the limit",
+            "Bristles never deflect farther.",
+            "numerical backstop: static friction over twice Coulomb friction is unknown of";
+    }
+    "estimate" {
+        robust_knee: f64 = 3.0, "standard deviations",
+            "Innovations beyond this count less and less (pseudo-Huber loss).",
+            "97 % efficient on normal errors; mispredicted stick-slip must not rule (Huber 1981)";
+        averaged: usize = 4, "samples",
+            "So many innovations are averaged into one.",
+            "they are white, so little is lost; a quarter of the cost of the normal matrix";
+        dispersion_span: usize = 50, "samples",
+            "The long-run variance is that of means over so many samples.",
+            "50 ms at 1 kHz";
+        least_spans: usize = 3, "",
+            "With fewer means it is taken to be that of noise.",
+            "a median needs three";
+        subset_s: f64 = 8.0, "s",
+            "Candidates are compared on about this much of the log.",
+            "measured: 4 s misses rare breakaways";
+        subset_piece_s: f64 = 1.5, "s",
+            "Taken in pieces of this length from all of it.",
+            "one and a half memories of the chamber's observer";
+        step_rough: f64 = 0.02, "scales",
+            "Step of difference quotients where the cost is not smooth: the force balance.",
+            "larger than the jumps that single breakaways make";
+        step_smooth: f64 = 1.0e-3, "scales",
+            "Step of difference quotients where it is smooth: the air.",
+            "near-cancelling directions need small steps";
+        small_step: f64 = 0.1, "scales",
+            "After a smaller step the slopes of nominal values serve once more.",
+            "a tenth of a plainly visible change";
+        small_gain: f64 = 0.02, "of the cost",
+            "And if the cost fell by no more than this.",
+            "fifty such steps halve the cost";
+        converged: f64 = 0.1, "log-likelihood",
+            "A step that gains less ends a fit.",
+            "a sixtieth of a tie";
+        far_from_noise: f64 = 1.5, "times noise",
+            "Beyond this cost longer steps are tried, and less of the cost is worth a step.",
+            "the robust loss shortens steps there";
+        converged_far: f64 = 1.0e-3, "of the cost",
+            "A step that gains less ends a fit far from noise.",
+            "a thousandth";
+        iterations: usize = 20, "",
+            "Most iterations of a full fit.",
+            "bounds the time; usual fits need five";
+        too_slow: f64 = 0.02, "of the rest",
+            "A step that gains less of what is still asked of the fit is too slow.",
+            "fifty more such steps would be needed";
+        too_slow_steps: usize = 2, "",
+            "So many of them in a row end a fit.",
+            "one may be chance";
+        coordinate_rounds: usize = 2, "",
+            "Rounds of coordinate search after the Levenberg-Marquardt steps.",
+            "a third changed no diagnosis";
+        most_by_coordinates: f64 = 0.25, "of the rest",
+            "Coordinate search takes away no more of what noise does not explain: beyond, it is not tried.",
+            "largest gain seen";
+        coordinate_step: f64 = 0.4, "scales",
+            "First step of coordinate search; a third of it next.",
+            "a visible change";
+        coordinate_trials: usize = 4, "",
+            "Steps tried for each parameter.",
+            "down to a hundredth of a scale";
+        coordinate_gain: f64 = 1.0, "log-likelihood",
+            "Least gain of a step.",
+            "a sixth of a tie";
+        profile_rise: f64 = 2.0, "log-likelihood",
+            "Rise of the profile likelihood at the end of an interval of two standard errors.",
+            "2 = 2^2 / 2, the likelihood ratio at two standard errors";
+        profile_rise_of_rest: f64 = 0.05, "of the rest",
+            "And this part of what the fit leaves.",
+            "single breakaways move by chance";
+        profile_narrowest: f64 = 0.01, "scales",
+            "Narrowest half-width told.",
+            "the numerical error of the force balance";
+        profile_widths: usize = 12, "",
+            "Widths tried, each half as wide again as the one before.",
+            "up to one scale";
+        numerical_scale: f64 = 0.003, "scales",
+            "Numerical error of a fitted parameter, added to its standard error.",
+            "parameters from logs without noise come out right to this part";
+    }
+    "select" {
+        penalty_per_cause: f64 = 8.0, "log-likelihood",
+            "Penalty of a cause.",
+            "four standard deviations of a nominal value: 8 = 4^2 / 2";
+        penalty_per_parameter: f64 = 3.0, "log-likelihood",
+            "Penalty of each of its parameters.",
+            "between AIC (1) and BIC of 40,000 samples (5.3)";
+        tie: f64 = 6.0, "log-likelihood",
+            "Causes whose penalised cost is within this of another's are tied with it.",
+            "odds of exp(6) = 400 to 1";
+        share_of_noise: f64 = 0.008, "of the noise's cost",
+            "A cause must gain this, too.",
+            "numerical error of the balances";
+        share_of_rest: f64 = 0.05, "of the rest",
+            "And this part of what the fit leaves in its channels.",
+            "single breakaways move by chance";
+        share_of_rest_in_step: f64 = 0.5, "of the rest",
+            "The same for a cause that moves nominal values along with it.",
+            "it changes mass and friction, too";
+        open: f64 = 2.0, "times noise",
+            "A balance of higher cost is open.",
+            "see closure";
+        wide_open: f64 = 6.0, "times noise",
+            "A balance of higher cost is wide open.",
+            "other first causes are tried there";
+        white_dispersion: f64 = 1.25, "times noise",
+            "A channel of less long-run variance and less cost than noise has nothing to explain.",
+            "two standard errors of the long-run variance of 10 s";
+        sure: f64 = 4.0, "standard errors",
+            "A cause's parameter must be this far from neutral.",
+            "four standard errors, as for a nominal value";
+        score_share: f64 = 0.4, "of the gain required",
+            "A candidate of higher score is fitted.",
+            "scores are linear: they miss by half";
+        candidates_fitted: usize = 7, "",
+            "Candidates fitted in each round, best score first.",
+            "bounds the time";
+        first_iterations: usize = 3, "",
+            "Iterations after which candidates are compared.",
+            "bounds the time";
+        candidates_finished: usize = 3, "",
+            "Candidates fitted to the end.",
+            "bounds the time";
+        candidates_finished_strained: usize = 6, "",
+            "The same where nominal values are strained.",
+            "the first steps lead less far there";
+        candidates_strained: usize = 14, "",
+            "Most candidates tried where nominal values are strained.",
+            "bounds the time";
+        same_fit: f64 = 1.0, "log-likelihood",
+            "Fits of the same causes are one fit if their costs differ by no more.",
+            "a sixth of a tie";
+        dispersion_changed: f64 = 1.1, "",
+            "Extensions found before are fitted anew where the dispersion has changed by this factor.",
+            "a tenth";
+        step_overcoming: f64 = 0.2, "scales",
+            "Step of difference quotients for effects that must be overcome before they act.",
+            "a fifth of a visible change";
+        starts_sloped: usize = 3, "",
+            "Initial values of an effect from which slopes are taken.",
+            "bounds the time";
+        breakaway_low: f64 = 0.7, "",
+            "Lowest breakaway force on the grid of initial values, over the nominal one.",
+            "below Coulomb friction";
+        breakaway_high: f64 = 3.2, "",
+            "Highest one.",
+            "the largest ratio of static to Coulomb friction of dry seals";
+        breakaway_spacing: f64 = 1.04, "",
+            "Ratio of neighbours on the grid.",
+            "the valley of the cost is a few percent wide";
+        beyond_doubt: f64 = 10.0, "times required",
+            "A cause that gains this many times what it must is kept without a refit.",
+            "an order of magnitude";
+        pruned_to_the_end: usize = 2, "",
+            "So many extensions are pruned to the end, best first.",
+            "bounds the time";
+        alternatives: usize = 5, "",
+            "Candidates tried in the place of each cause.",
+            "bounds the time";
+        exchanges: usize = 6, "",
+            "Most exchanges.",
+            "bounds the time";
+        likelier: f64 = 4.0, "log-likelihood",
+            "An exchange must gain this.",
+            "odds of exp(4) = 55 to 1";
+        tie_of_gain: f64 = 0.003, "of the gain",
+            "Beside a tie in log-likelihood: alternatives within this part of what the cause gains.",
+            "numerical error of the balances";
+        most_causes: usize = 4, "",
+            "No more causes are composed.",
+            "one more than is ever named";
+        restarts: usize = 2, "",
+            "Other first causes tried where a search ends wide open.",
+            "the second or third best first cause led to the truth in both cases seen";
+        visible_change: f64 = 50.0, "log-likelihood",
+            "An effect of visible strength that would change the predictions by more is visible in the log.",
+            "ten standard deviations: 50 = 10^2 / 2";
+        ripple_places: usize = 2048, "",
+            "Positions are put into so many places along the stroke.",
+            "0.5 mm of 1 m";
+        ripple_shortest: f64 = 4.0, "places",
+            "Shortest wavelength looked for.",
+            "two samples a wave is the limit";
+        ripple_strongest: usize = 4, "",
+            "Wavelengths taken as initial values.",
+            "bounds the time";
+    }
+    "validate" {
+        closed_dispersion_mass: f64 = 2.5, "times noise",
+            "A mass balance of less long-run variance is closed.",
+            "right models reach it in all logs of the suite";
+        closed_dispersion_force: f64 = 4.0, "times noise",
+            "The same for the force balance.",
+            "breakaways err more than noise";
+        closed_cost_mass: f64 = 3.0, "times noise",
+            "And of less cost.",
+            "right models reach it in all logs of the suite";
+        closed_cost_force: f64 = 5.0, "times noise",
+            "The same for the force balance.",
+            "breakaways err more than noise";
+        like_noise: f64 = 1.25, "times noise",
+            "A balance of less cost and long-run variance may be noise.",
+            "causes fitted to it make it a little less than white";
+        worst_left_out: f64 = 0.02, "of the samples",
+            "The worst innovations, left out where a mass balance is judged.",
+            "a slam into an end stop";
+        no_worse: f64 = 1.01, "times",
+            "Squared errors on the part held back may grow by this.",
+            "1 %: chance";
+        little_worse: f64 = 1.1, "times",
+            "By this where the balances there gain plainly.",
+            "breakaways err by chance";
+        plain_gain: f64 = 0.1, "of the noise's cost",
+            "What a plain gain is.",
+            "a tenth";
+        white_enough: f64 = 1.12, "times noise",
+            "Up to this cost causes leave nothing in a balance.",
+            "right models reach it in nine of ten logs";
+        least_excess: f64 = 0.2, "of the gain",
+            "Part of what causes gain that must be misfit beyond noise, or strain of nominal values.",
+            "a model that suppresses noise is no cause";
+        most_named: usize = 3, "",
+            "Most causes named at once.",
+            "more are rather one that the catalogue lacks";
+        trifle: f64 = 0.01, "of the gap",
+            "Beside that many, a smaller share is a lead and casts no doubt.",
+            "a hundredth";
+        least_share_beside_a_gap: f64 = 0.1, "of the gap",
+            "Least share of a cause named while a balance stays open.",
+            "a smaller one is as likely the gap's shadow";
+        run_in_s: f64 = 0.15, "s",
+            "The spool runs in for this long before each restart.",
+            "ten times the longest valve lag in a catalogue";
+        term_gain: f64 = 25.0, "log-likelihood",
+            "A term outside the catalogue must gain this.",
+            "three times a cause's penalty: no physics of its own speaks for it";
+        term_share: f64 = 0.03, "of the cost",
+            "And this part of the cost of the balances it acts on.",
+            "less describes nothing";
+        most_terms: usize = 3, "",
+            "Terms in one description.",
+            "more cannot be read";
+        terms_fitted: usize = 3, "",
+            "Terms fitted in each round.",
+            "bounds the time";
+        term_iterations: usize = 5, "",
+            "Iterations of such a fit.",
+            "factors enter linearly";
+        closed_hold_out: f64 = 1.75, "times noise",
+            "Up to this error the whole model predicts the part held back as well as it can.",
+            "right extended rigs reached 1.5 where the piston sticks and slips";
+    }
+    "explain" {
+        calibrated_sigmas: f64 = 2.0, "standard errors",
+            "A nominal value that moved less is not told as corrected.",
+            "two standard errors";
+    }
+}
