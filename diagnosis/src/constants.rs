@@ -116,7 +116,7 @@ constants! {
             "four pieces held back, from all parts of the log";
         held_back_every: usize = 4, "chunks",
             "Every so many chunks one is held back.",
-            "a quarter held back: Ljung (1999), 16.6, takes a quarter to a half";
+            "a quarter held back: room for the longest horizon in each piece";
         shortest_stretch_s: f64 = 0.3, "s",
             "Shorter stretches are not judged.",
             "three times the settling time of the balances";
@@ -125,7 +125,7 @@ constants! {
             "two averaged innovations";
         volume_reach: usize = 7, "samples",
             "Half the window of the local parabola that smooths the position for chamber volumes.",
-            "15 ms at 1 kHz: a third of the noise, no visible bias below 20 Hz";
+            "15 ms at 1 kHz: leaves two fifths of the noise";
         velocity_reach: usize = 15, "samples",
             "The same for the velocity.",
             "31 ms at 1 kHz: 1.0 mm/s of error from 50 um of noise";
@@ -137,7 +137,7 @@ constants! {
             "five times the 0.4 % of stroke of a catalogue's proportional valve";
         past_forgotten_s: f64 = 0.5, "s",
             "What happened before the log counts no more after this long, hysteresis apart.",
-            "several recovery times of a supply";
+            "chosen: several recovery times of a supply";
         longest_unknown_past: f64 = 0.1, "of the log",
             "All counts as known after this part of the log.",
             "leaves nine tenths to be judged";
@@ -155,7 +155,7 @@ constants! {
             "three times what friction can hold";
         near_end: f64 = 0.15, "of half the stroke",
             "It must read within this part of half the stroke from there.",
-            "three times the largest position scale error expected";
+            "chosen: a position scale 15 % off would be seen at once";
         least_leaning: usize = 50, "samples",
             "Fewer samples against a stop do not show where it is.",
             "the median of 50 readings is known to a sixth of their noise";
@@ -164,7 +164,7 @@ constants! {
             "a third of one code of 16 bits";
         railed_position_run: usize = 20, "samples",
             "A position that repeats its extreme so often is at its sensor's limit.",
-            "by chance once in a million samples at the noise below";
+            "chosen: longer than a rest on one code";
         railed_position_noise: f64 = 0.6, "steps",
             "If its noise is at least this, in smallest steps.",
             "with less noise a rest repeats itself";
@@ -176,7 +176,7 @@ constants! {
             "see the position's";
         numerical_error_m: f64 = 5.0e-6, "m",
             "No position is judged more closely: what the force balance itself errs by.",
-            "measured against steps of 2 us";
+            "2 um left a false cause in logs without noise";
         numerical_error_pa: f64 = 10.0, "Pa",
             "No pressure is judged more closely.",
             "measured on logs without noise";
@@ -201,7 +201,7 @@ constants! {
             "long enough for leaks to build up, short enough to forget within a few strokes";
         chamber_settling_s: f64 = 0.1, "s",
             "The first part of every stretch is not judged: spool and delays are unknown there.",
-            "ten times the longest valve lag in a catalogue";
+            "ten times a valve lag of 10 ms";
         chamber_settling_memory_s: f64 = 0.02, "s",
             "Time constant of the observer while it settles.",
             "a fifth of the settling time";
@@ -231,7 +231,7 @@ constants! {
             "numerical: bounds the cost";
         sliding: f64 = 3.0, "Stribeck velocities",
             "Faster than this the piston slides.",
-            "the Stribeck term is 1e-4 there";
+            "the Stribeck term is exp(-9), 1e-4 of itself";
         gentle: f64 = 0.1, "of the force",
             "The sliding force changes by no more within an interval, or the piston must move far.",
             "numerical";
@@ -240,12 +240,12 @@ constants! {
             "exp(-5) is 0.7 %";
         bristle_backstop: f64 = 3.0, "of the limit",
             "Bristles never deflect farther.",
-            "numerical backstop: static friction over twice Coulomb friction is unknown of";
+            "numerical backstop";
     }
     "estimate" {
         robust_knee: f64 = 3.0, "standard deviations",
             "Innovations beyond this count less and less (pseudo-Huber loss).",
-            "97 % efficient on normal errors; mispredicted stick-slip must not rule (Huber 1981)";
+            "99 % efficient on normal errors; mispredicted stick-slip must not rule (Huber 1981)";
         averaged: usize = 4, "samples",
             "So many innovations are averaged into one.",
             "they are white, so little is lost; a quarter of the cost of the normal matrix";
@@ -257,7 +257,7 @@ constants! {
             "a median needs three";
         subset_s: f64 = 8.0, "s",
             "Candidates are compared on about this much of the log.",
-            "measured: 4 s misses rare breakaways";
+            "chosen: a candidate then costs a fifth of a run over 40 s";
         subset_piece_s: f64 = 1.5, "s",
             "Taken in pieces of this length from all of it.",
             "one and a half memories of the chamber's observer";
@@ -284,7 +284,7 @@ constants! {
             "a thousandth";
         iterations: usize = 20, "",
             "Most iterations of a full fit.",
-            "bounds the time; usual fits need five";
+            "bounds the time";
         too_slow: f64 = 0.02, "of the rest",
             "A step that gains less of what is still asked of the fit is too slow.",
             "fifty more such steps would be needed";
@@ -293,10 +293,10 @@ constants! {
             "one may be chance";
         coordinate_rounds: usize = 2, "",
             "Rounds of coordinate search after the Levenberg-Marquardt steps.",
-            "a third changed no diagnosis";
+            "bounds the time";
         most_by_coordinates: f64 = 0.25, "of the rest",
             "Coordinate search takes away no more of what noise does not explain: beyond, it is not tried.",
-            "largest gain seen";
+            "chosen";
         coordinate_step: f64 = 0.4, "scales",
             "First step of coordinate search; a third of it next.",
             "a visible change";
@@ -349,7 +349,7 @@ constants! {
             "other first causes are tried there";
         white_dispersion: f64 = 1.25, "times noise",
             "A channel of less long-run variance and less cost than noise has nothing to explain.",
-            "two standard errors of the long-run variance of 10 s";
+            "chosen: above the scatter of the long-run variance of noise";
         sure: f64 = 4.0, "standard errors",
             "A cause's parameter must be this far from neutral.",
             "four standard errors, as for a nominal value";
@@ -388,7 +388,7 @@ constants! {
             "below Coulomb friction";
         breakaway_high: f64 = 3.2, "",
             "Highest one.",
-            "the largest ratio of static to Coulomb friction of dry seals";
+            "chosen: above any static friction worth the name";
         breakaway_spacing: f64 = 1.04, "",
             "Ratio of neighbours on the grid.",
             "the valley of the cost is a few percent wide";
@@ -415,7 +415,7 @@ constants! {
             "one more than is ever named";
         restarts: usize = 2, "",
             "Other first causes tried where a search ends wide open.",
-            "the second or third best first cause led to the truth in both cases seen";
+            "the second or third best first cause led to the truth in the two logs that failed without";
         visible_change: f64 = 50.0, "log-likelihood",
             "An effect of visible strength that would change the predictions by more is visible in the log.",
             "ten standard deviations: 50 = 10^2 / 2";
@@ -432,13 +432,13 @@ constants! {
     "validate" {
         closed_dispersion_mass: f64 = 2.5, "times noise",
             "A mass balance of less long-run variance is closed.",
-            "right models reach it in all logs of the suite";
+            "chosen: above what right models leave";
         closed_dispersion_force: f64 = 4.0, "times noise",
             "The same for the force balance.",
             "breakaways err more than noise";
         closed_cost_mass: f64 = 3.0, "times noise",
             "And of less cost.",
-            "right models reach it in all logs of the suite";
+            "chosen: above what right models leave";
         closed_cost_force: f64 = 5.0, "times noise",
             "The same for the force balance.",
             "breakaways err more than noise";
@@ -459,10 +459,10 @@ constants! {
             "a tenth";
         white_enough: f64 = 1.12, "times noise",
             "Up to this cost causes leave nothing in a balance.",
-            "right models reach it in nine of ten logs";
+            "chosen: above what right models leave";
         least_excess: f64 = 0.2, "of the gain",
             "Part of what causes gain that must be misfit beyond noise, or strain of nominal values.",
-            "a model that suppresses noise is no cause";
+            "chosen: a model that only suppresses noise is no cause";
         most_named: usize = 3, "",
             "Most causes named at once.",
             "more are rather one that the catalogue lacks";
@@ -474,7 +474,7 @@ constants! {
             "a smaller one is as likely the gap's shadow";
         run_in_s: f64 = 0.15, "s",
             "The spool runs in for this long before each restart.",
-            "ten times the longest valve lag in a catalogue";
+            "ten times a valve lag of 10 ms";
         term_gain: f64 = 25.0, "log-likelihood",
             "A term outside the catalogue must gain this.",
             "three times a cause's penalty: no physics of its own speaks for it";

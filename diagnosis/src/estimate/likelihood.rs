@@ -65,3 +65,71 @@ pub(crate) fn dispersion(innovations: &[f64]) -> f64 {
     let median = *sums.select_nth_unstable_by(middle, f64::total_cmp).1;
     (median / 0.6745).powi(2).max(1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand_distr::{Distribution, StandardNormal};
+
+    fn white(count: usize) -> Vec<f64> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        (0..count).map(|_| StandardNormal.sample(&mut rng)).collect()
+    }
+
+    #[test]
+    fn the_cost_of_noise_is_the_mean_loss_of_a_normal_variable() {
+        // The integral of loss times density by the trapezoidal rule, which is exact to many digits for it.
+        let step = 1.0e-3;
+        let density = |e: f64| (-0.5 * e * e).exp() / core::f64::consts::TAU.sqrt();
+        let mean: f64 = (-10_000..=10_000).map(|k| f64::from(k) * step).map(|e| loss(e) * density(e) * step).sum();
+        assert!((mean - COST_OF_NOISE).abs() < 1.0e-3, "{mean}");
+    }
+
+    #[test]
+    fn small_errors_cost_half_their_square_and_large_ones_no_more_than_in_proportion() {
+        let knee = constants::robust_knee();
+        for (e, expected, tolerance) in [(0.0, 0.0, 1e-12), (0.1, 0.005, 1e-5), (-0.1, 0.005, 1e-5)] {
+            assert!((loss(e) - expected).abs() < tolerance, "{e}: {}", loss(e));
+        }
+        assert!((loss(1.0e4) - (knee * 1.0e4 - knee * knee)).abs() < 0.01);
+        assert!(weight(0.0) == 1.0 && (weight(1.0e6) * 1.0e6 - knee).abs() < 1.0e-3);
+    }
+
+    #[test]
+    fn averages_of_white_noise_keep_its_variance_and_a_missing_sample_leaves_its_average_out() {
+        let mut e = white(40_000);
+        e[9] = f64::NAN;
+        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()] };
+        let averaged = &average_neighbours(&innovations).channels[0];
+        let variance = averaged.iter().map(|e| e * e).sum::<f64>() / averaged.len() as f64;
+        assert!((variance - 1.0).abs() < 0.05, "{variance}");
+        assert_eq!(averaged[9 / constants::averaged()], 0.0);
+    }
+
+    #[test]
+    fn the_long_run_variance_is_one_for_white_errors_and_grows_with_their_correlation() {
+        let white = white(40_000);
+        assert!(dispersion(&white) < 1.25, "{}", dispersion(&white));
+        // An autoregression with a memory of ten samples: its long-run variance is ((1 + a) / (1 - a)) times its own.
+        let mut state = 0.0;
+        let correlated: Vec<f64> = (white.iter())
+            .map(|e| {
+                state = 0.9 * state + (1.0_f64 - 0.81).sqrt() * e;
+                state
+            })
+            .collect();
+        assert!((10.0..20.0).contains(&dispersion(&correlated)), "{}", dispersion(&correlated));
+        assert_eq!(dispersion(&white[..100]), 1.0);
+    }
+
+    #[test]
+    fn the_trimmed_misfit_forgets_the_worst_errors() {
+        let mut e = white(40_000);
+        let plain = trimmed_misfit(&e, 0.0);
+        assert!((plain - 1.0).abs() < 0.05, "{plain}");
+        e[100..200].fill(1.0e3);
+        assert!(trimmed_misfit(&e, 0.0) > 10.0 && trimmed_misfit(&e, 0.02) < 1.1);
+    }
+}

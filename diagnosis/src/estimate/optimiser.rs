@@ -201,3 +201,61 @@ fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec
     };
     parameters.iter().zip(values).enumerate().map(moved).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::parameter::Slot;
+
+    fn parameter(neutral: f64, [min, max]: [f64; 2], channels: Channels) -> Parameter {
+        Parameter { slot: Slot::Term(0), neutral, scale: 0.1, negligible: 0.0, tolerance: None, min, max, channels }
+    }
+
+    #[test]
+    fn a_gauss_newton_step_ends_at_the_minimum_of_a_quadratic_cost() {
+        // Cost (x - 3)^2 / 2 + (y + 1)^2 with x = y = 0: gradient (-3, 2), matrix diag(1, 2).
+        let matrix = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 2.0]);
+        let gradient = DVector::from_row_slice(&[-3.0, 2.0]);
+        let step = solve(&matrix, &gradient, &[], 0.0).expect("positive definite");
+        assert!((step[0] - 3.0).abs() < 1e-8 && (step[1] + 1.0).abs() < 1e-8, "{step}");
+        // Damping shortens it, what is held stays.
+        let damped = solve(&matrix, &gradient, &[1], 1.0).expect("positive definite");
+        assert!((damped[0] - 1.5).abs() < 1e-8 && damped[1] == 0.0, "{damped}");
+        // An indefinite matrix has no minimum.
+        assert!(solve(&-matrix, &gradient, &[], 0.0).is_none());
+    }
+
+    #[test]
+    fn positive_values_move_by_factors_others_by_sums_and_none_beyond_its_bounds() {
+        let parameters =
+            [parameter(2.0, [0.1, 10.0], 1), parameter(0.0, [-1.0, 1.0], 1), parameter(0.0, [-1.0, 0.05], 1)];
+        let moved = limited(&parameters, &[2.0, 0.5, 0.0], &DVector::from_row_slice(&[-4.0, 2.0, 2.0]));
+        assert!((moved[0] - 2.0 * (-0.2_f64).exp()).abs() < 1e-12, "{moved:?}");
+        assert!((moved[1] - 0.7).abs() < 1e-12 && moved[2] == 0.05, "{moved:?}");
+    }
+
+    #[test]
+    fn a_parameter_at_a_bound_is_held_only_while_the_cost_falls_beyond_it() {
+        let parameters = [parameter(0.0, [0.0, 1.0], 1), parameter(0.0, [0.0, 1.0], 1), parameter(0.0, [0.0, 1.0], 1)];
+        let values = [0.0, 0.0, 1.0];
+        for (gradient, held) in
+            [([1.0, -1.0, -1.0], vec![0, 2]), ([-1.0, 1.0, 1.0], vec![1]), ([-1.0, -1.0, 1.0], vec![])]
+        {
+            assert_eq!(held_at_bounds(&parameters, &values, &DVector::from_row_slice(&gradient)), held, "{gradient:?}");
+        }
+    }
+
+    #[test]
+    fn a_change_reaches_the_channels_that_a_parameter_ties_to_it() {
+        let parameters =
+            |channels: &[Channels]| channels.iter().map(|c| parameter(0.0, [0.0, 1.0], *c)).collect::<Vec<_>>();
+        for (channels, changed, expected) in [
+            (&[0b001, 0b010, 0b100][..], 0b001, 0b001),
+            (&[0b011, 0b100], 0b001, 0b011),
+            (&[0b011, 0b110], 0b001, 0b111),
+            (&[0b011, 0b110], 0b000, 0b000),
+        ] {
+            assert_eq!(reached(&parameters(channels), changed), expected, "{channels:?}");
+        }
+    }
+}

@@ -122,3 +122,63 @@ fn any_beyond(problem: &Problem<'_>, times: f64, cost: impl Fn(Channel) -> f64) 
     let mut judgeable = Channel::ALL.into_iter().filter(|c| problem.judgeable & c.bit() != 0);
     judgeable.any(|c| cost(c) > times * problem.noise_cost(c.bit()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::quality::Quality;
+    use crate::model::hypothesis::Hypothesis;
+    use nalgebra::DMatrix;
+    use rig_files::RigFile;
+
+    /// A fit with one effect at some values, and with a standard error for its parameters.
+    fn fit(effect: Effect, values: &[f64], std_error: f64) -> Fit {
+        let parameters = effects::effect_parameters(&RigFile::paper_a(), effect, 0b1111, &Quality::default());
+        let n = parameters.len();
+        let hypothesis = Hypothesis { effects: vec![effect], parameters, values: values.to_vec() };
+        let covariance = Some(DMatrix::from_diagonal_element(n, n, std_error * std_error));
+        Fit { hypothesis, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }
+    }
+
+    #[test]
+    fn every_cause_pays_for_itself_and_for_each_parameter() {
+        for effect in Effect::ALL {
+            let expected =
+                constants::penalty_per_cause() + constants::penalty_per_parameter() * effect.parameter_count() as f64;
+            assert_eq!(penalty(effect), expected, "{effect}");
+        }
+        assert_eq!(penalty(Effect::PayloadMass), 11.0);
+    }
+
+    #[test]
+    fn a_cause_is_present_only_if_a_parameter_that_tells_is_away_from_neutral() {
+        for (effect, values, present) in [
+            (Effect::PositionScale, &[1.0][..], false),
+            (Effect::PositionScale, &[1.05], true),
+            (Effect::PayloadMass, &[10.125], false),
+            (Effect::PayloadMass, &[12.0], true),
+            // The recovery time of a supply that does not droop says nothing.
+            (Effect::SupplyDroop, &[0.0, 0.3], false),
+            (Effect::SupplyDroop, &[3.0e7, 0.1], true),
+            // Nor does the wavelength of a ripple of no height.
+            (Effect::FrictionPosition, &[0.0, 0.0, 0.02], false),
+            (Effect::FrictionPosition, &[0.0, 0.3, 0.02], true),
+            (Effect::ChokedFlow, &[0.5, 1.0], true),
+        ] {
+            assert_eq!(!negligible(&fit(effect, values, 1.0e-9), effect), present, "{effect} {values:?}");
+        }
+    }
+
+    #[test]
+    fn a_cause_is_uncertain_within_four_standard_errors_of_neutral() {
+        for (std_error, expected) in [(0.005, false), (0.0124, false), (0.0126, true), (1.0, true)] {
+            assert_eq!(
+                uncertain(&fit(Effect::PositionScale, &[1.05], std_error), Effect::PositionScale),
+                expected,
+                "{std_error}"
+            );
+        }
+        let unknown = Fit { covariance: None, ..fit(Effect::PositionScale, &[1.05], 1.0) };
+        assert!(!uncertain(&unknown, Effect::PositionScale), "without standard errors nothing is dropped");
+    }
+}

@@ -60,3 +60,20 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_balance_may_keep_more_than_a_mass_balance_and_only_near_white_errors_may_be_noise() {
+        for channel in [Channel::PressureA, Channel::PressureB, Channel::Supply] {
+            assert!(closed_cost(channel) < closed_cost(Channel::Position), "{channel:?}");
+            assert!(closed_dispersion(channel) < closed_dispersion(Channel::Position), "{channel:?}");
+        }
+        for (misfit, dispersion, expected) in [(1.0, 1.0, true), (1.2, 1.2, true), (1.3, 1.0, false), (1.0, 1.3, false)]
+        {
+            assert_eq!(like_noise(misfit, dispersion), expected, "{misfit} {dispersion}");
+        }
+    }
+}

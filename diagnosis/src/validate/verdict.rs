@@ -126,3 +126,35 @@ fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -
     };
     touched == 0 || of(|misfit| misfit.max(1.0)) >= constants::least_excess() * of(|misfit| misfit)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judgement(named: bool, gap: bool, quiet: bool) -> Judgement {
+        let cause =
+            Cause { id: "payload-mass".into(), parameters: vec![], ties: vec![], evidence: String::new(), share: 1.0 };
+        Judgement { causes: if named { vec![cause] } else { vec![] }, leads: vec![], open: 0, gap, quiet }
+    }
+
+    #[test]
+    fn the_verdict_follows_from_names_gap_noise_and_hold_out() {
+        use Verdict as V;
+        // named, gap left, noise only, hold-out closed
+        for ((named, gap, quiet, closed), expected) in [
+            ((false, false, false, true), V::NoGap),
+            ((false, false, false, false), V::Unexplained),
+            ((false, true, false, true), V::Unexplained),
+            ((false, true, false, false), V::Unexplained),
+            ((false, true, true, true), V::NoGap),
+            ((false, true, true, false), V::Unexplained),
+            ((true, false, false, true), V::Explained),
+            ((true, false, false, false), V::PartlyExplained),
+            ((true, true, false, true), V::PartlyExplained),
+            ((true, true, false, false), V::PartlyExplained),
+        ] {
+            let found = judgement(named, gap, quiet).verdict(closed);
+            assert_eq!(found, expected, "named {named}, gap {gap}, noise {quiet}, hold-out {closed}");
+        }
+    }
+}
