@@ -125,7 +125,11 @@ impl Commands<'_> {
     fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
         let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
         let c = plant.coefficients();
-        let first = if c.line_delay_s > 0.0 || c.play_half_width_v > 0.0 { 0 } else { self.until };
+        let first = if c.added.line_delay.delay_s > 0.0 || c.added.valve_hysteresis.half_width_v > 0.0 {
+            0
+        } else {
+            self.until
+        };
         for k in first..self.until {
             simulator.recall(self.record.u_v[k], self.record.interval_s(k));
         }
@@ -166,11 +170,16 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     let plant = &model.plant;
     let c = plant.coefficients();
     // A late signal shows later what was true then.
-    let then = record.moment(k, c.position_delay_s, 0..record.len());
-    let (y, v) = (then.of(&record.motion.value) / c.position_scale, then.of(&record.motion.slope) / c.position_scale);
-    let lag = c.pressure_time_constant_s;
-    let (sensed_a, sensed_b) =
-        (record.p_a_smooth.value[k] - c.pressure_a_offset_pa, record.p_b_smooth.value[k] - c.pressure_b_offset_pa);
+    let then = record.moment(k, c.added.position_delay.delay_s, 0..record.len());
+    let (y, v) = (
+        then.of(&record.motion.value) / c.added.position_scale.scale,
+        then.of(&record.motion.slope) / c.added.position_scale.scale,
+    );
+    let lag = c.added.pressure_lag.time_constant_s;
+    let (sensed_a, sensed_b) = (
+        record.p_a_smooth.value[k] - c.added.pressure_a_offset.offset_pa,
+        record.p_b_smooth.value[k] - c.added.pressure_b_offset.offset_pa,
+    );
     let (p_a, p_b) = (sensed_a + lag * record.p_a_smooth.slope[k], sensed_b + lag * record.p_b_smooth.slope[k]);
     let mut state = plant.state_at_rest(y, p_a, p_b);
     state.p_a_sensed_pa = sensed_a;
@@ -182,7 +191,7 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
         state.v_m_per_s = v;
         state.z_m = limit * v.signum();
     } else {
-        let force = c.area_m2 * (p_a - p_b) - c.constant_force_n;
+        let force = c.area_b_m2 * (p_a - p_b) - c.added.constant_force.force_n;
         state.z_m = (force / c.stiffness).clamp(-limit, limit);
     }
     state
@@ -193,7 +202,7 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
     Inputs {
         u_v: record.u_v[k],
         external_force_n: record.f_ext_n.get(k).copied().unwrap_or(0.0),
-        supply_pa: if c.droop_pa_s_per_kg > 0.0 { c.supply_pa } else { model.supply_pa[k] },
+        supply_pa: if c.added.supply_droop.droop_pa_s_per_kg > 0.0 { c.supply_pa } else { model.supply_pa[k] },
     }
 }
 
@@ -223,7 +232,8 @@ fn predict(
     for k in start..end {
         let m = simulator.measure();
         // A late position signal first shows what was there before the restart, which is what was measured.
-        let late = c.position_delay_s > 0.0 && record.t_s[k] - record.t_s[start] < c.position_delay_s;
+        let late =
+            c.added.position_delay.delay_s > 0.0 && record.t_s[k] - record.t_s[start] < c.added.position_delay.delay_s;
         out.push([if late { record.motion.value[k] } else { m.y_m }, m.p_a_pa, m.p_b_pa]);
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }

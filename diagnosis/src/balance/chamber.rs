@@ -40,13 +40,13 @@ impl Geometry {
     pub(crate) fn of(plant: &Plant<f64>, side: Side) -> Self {
         let c = plant.coefficients();
         let (volume_0_m3, area_m2) =
-            if side == Side::A { (c.volume_a0_m3, c.area_m2) } else { (c.volume_b0_m3, -c.area_m2) };
+            if side == Side::A { (c.volume_a0_m3, c.area_a_m2) } else { (c.volume_b0_m3, -c.area_b_m2) };
         Self {
             volume_0_m3,
             area_m2,
-            smallest_m3: MINIMUM_VOLUME_RATIO * c.area_m2 * 2.0 * c.half_stroke_m,
-            position_delay_s: c.position_delay_s,
-            position_scale: c.position_scale,
+            smallest_m3: MINIMUM_VOLUME_RATIO * c.area_b_m2 * 2.0 * c.half_stroke_m,
+            position_delay_s: c.added.position_delay.delay_s,
+            position_scale: c.added.position_scale.scale,
             exponent: c.exponent,
             energy_j_per_kg: plant.energy_j_per_kg(),
         }
@@ -118,15 +118,15 @@ pub(crate) fn innovations(
         (&record.p_b_pa, &record.p_b_smooth, &record.p_a_smooth)
     };
     let (offset, other_offset) = if is_a {
-        (c.pressure_a_offset_pa, c.pressure_b_offset_pa)
+        (c.added.pressure_a_offset.offset_pa, c.added.pressure_b_offset.offset_pa)
     } else {
-        (c.pressure_b_offset_pa, c.pressure_a_offset_pa)
+        (c.added.pressure_b_offset.offset_pa, c.added.pressure_a_offset.offset_pa)
     };
     let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
-    let leak = if is_a { c.leak_a } else { c.leak_b };
+    let leak = if is_a { c.added.leak_chamber_a.conductance } else { c.added.leak_chamber_b.conductance };
     let quality = if is_a { &record.quality.pressure_a } else { &record.quality.pressure_b };
     let sigma = quality.standard_deviation.max(NUMERICAL_ERROR_PA);
-    let lag = c.pressure_time_constant_s;
+    let lag = c.added.pressure_lag.time_constant_s;
 
     let mut out = Vec::with_capacity(drive.strokes.first_half.len());
     for stretch in stretches {
@@ -158,10 +158,10 @@ pub(crate) fn innovations(
             let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
             let mut mass_flow = flow.mass_flow - leak * (p - c.atmosphere_pa);
             let mut by_p = flow.by_chamber - leak;
-            if c.leak_cross != 0.0 && !other.value.is_empty() {
+            if c.added.leak_cross_piston.conductance != 0.0 && !other.value.is_empty() {
                 let beyond = other.value[k] + lag * other.slope[k] - other_offset;
-                mass_flow -= c.leak_cross * (p - beyond);
-                by_p -= c.leak_cross;
+                mass_flow -= c.added.leak_cross_piston.conductance * (p - beyond);
+                by_p -= c.added.leak_cross_piston.conductance;
             }
             mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
             let factor = drive.strokes.pa_s_per_kg[stroke];

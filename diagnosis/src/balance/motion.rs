@@ -77,15 +77,15 @@ pub(crate) fn innovations(
                 }
                 continue;
             }
-            let error = record.y_m[k] - c.position_scale * piston.y;
+            let error = record.y_m[k] - c.added.position_scale.scale * piston.y;
             out.push(if record.t_s[k] >= settled { error * inverse_sigma } else { f64::NAN });
             if k + 1 == stretch.end {
                 break;
             }
             let dt = record.interval_s(k);
             let w = omega * dt;
-            piston.y += error / c.position_scale * (core::f64::consts::SQRT_2 * w).min(0.5);
-            let measured_v = record.motion.slope[k] / c.position_scale;
+            piston.y += error / c.added.position_scale.scale * (core::f64::consts::SQRT_2 * w).min(0.5);
+            let measured_v = record.motion.slope[k] / c.added.position_scale.scale;
             if waits {
                 force = driving(stretch, k + 1);
                 waits = measured_v.abs() < 2.0 * at_rest;
@@ -96,7 +96,7 @@ pub(crate) fn innovations(
             }
             // Kicks of noise would shake resting bristles loose before their time.
             if piston.v.abs() > at_rest || measured_v.abs() > at_rest {
-                piston.v += error / c.position_scale * omega * w;
+                piston.v += error / c.added.position_scale.scale * omega * w;
             }
             let next = driving(stretch, k + 1);
             if error.abs() * inverse_sigma > MISPREDICTED && at_odds(piston.v, measured_v, at_rest) {
@@ -158,7 +158,7 @@ pub(crate) struct Timing {
 impl Timing {
     pub(crate) fn of(plant: &Plant<f64>) -> Self {
         let c = plant.coefficients();
-        Self { pressure_lag_s: c.pressure_time_constant_s, position_delay_s: c.position_delay_s }
+        Self { pressure_lag_s: c.added.pressure_lag.time_constant_s, position_delay_s: c.added.position_delay.delay_s }
     }
 
     /// Where to read what was true when the position was that of a sample: a late one is compared with late pressures.
@@ -202,10 +202,14 @@ pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) ->
 /// What drives the piston at sample `k` of a stretch, which is number `place` of the forces.
 fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, added_n: f64) -> Driving {
     let c = plant.coefficients();
-    let p_a_pa = forces.p_a_pa[place] - c.pressure_a_offset_pa;
-    let p_b_pa = forces.p_b_pa[place] - c.pressure_b_offset_pa;
+    let p_a_pa = forces.p_a_pa[place] - c.added.pressure_a_offset.offset_pa;
+    let p_b_pa = forces.p_b_pa[place] - c.added.pressure_b_offset.offset_pa;
     let external = forces.external_n.get(place).copied().unwrap_or(0.0);
-    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n - added_n + external, p_a_pa, p_b_pa }
+    Driving {
+        force_n: c.area_b_m2 * (p_a_pa - p_b_pa) - c.added.constant_force.force_n - added_n + external,
+        p_a_pa,
+        p_b_pa,
+    }
 }
 
 /// Position, velocity and bristle deflection.
@@ -219,8 +223,8 @@ impl Piston {
     /// The state at a sample to start from: moving pistons have their bristles fully bent, resting ones hold the force.
     fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
         let c = plant.coefficients();
-        let v = record.motion.slope[k] / c.position_scale;
-        let y = record.motion.value[k] / c.position_scale;
+        let v = record.motion.slope[k] / c.added.position_scale.scale;
+        let y = record.motion.value[k] / c.added.position_scale.scale;
         let state = State { y_m: y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
         let limit = plant.friction_level(&state).force_n / c.stiffness;
         let doubtful = REST_SIGMAS * velocity_error(record);

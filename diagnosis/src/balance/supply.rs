@@ -17,12 +17,12 @@ pub(crate) struct SupplyPressure {
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
-    let lag = c.pressure_time_constant_s;
+    let lag = c.added.pressure_lag.time_constant_s;
     let truly =
         |sensed: &Smoothed, offset: f64, k: usize| Some(sensed.value.get(k)? + lag * sensed.slope.get(k)? - offset);
     let measured = record.available.supply;
     let mut predicted = vec![c.supply_pa; n];
-    if c.droop_pa_s_per_kg > 0.0 {
+    if c.added.supply_droop.droop_pa_s_per_kg > 0.0 {
         let mut p = c.supply_pa;
         for k in 0..n {
             // What happened before the log, or while it was interrupted, shows in what was measured then.
@@ -33,9 +33,9 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
             predicted[k] = p;
             let fills_a = openings[k] >= 0.0;
             let chamber = if fills_a {
-                truly(&record.p_a_smooth, c.pressure_a_offset_pa, k)
+                truly(&record.p_a_smooth, c.added.pressure_a_offset.offset_pa, k)
             } else {
-                truly(&record.p_b_smooth, c.pressure_b_offset_pa, k)
+                truly(&record.p_b_smooth, c.added.pressure_b_offset.offset_pa, k)
             };
             let drawn = match chamber {
                 Some(chamber) => {
@@ -43,8 +43,8 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
                 }
                 None => 0.0,
             };
-            let settled = c.supply_pa - c.droop_pa_s_per_kg * drawn;
-            p = settled + (p - settled) * (-record.interval_s(k) / c.droop_time_constant_s).exp();
+            let settled = c.supply_pa - c.added.supply_droop.droop_pa_s_per_kg * drawn;
+            p = settled + (p - settled) * (-record.interval_s(k) / c.added.supply_droop.time_constant_s).exp();
             p = p.max(c.atmosphere_pa);
         }
     }
