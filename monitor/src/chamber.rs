@@ -80,7 +80,7 @@ impl Watch {
         };
         let inflow = flow(balance.filling, valve.opening);
         let per_kg_per_s = tick.plant.energy_j_per_kg() * tick.tick_s * balance.inverse_volume_per_m3;
-        let per_metre = m.exponent * m.area_m2 * p * balance.inverse_volume_per_m3;
+        let per_metre = m.exponent * m.area_b_m2 * p * balance.inverse_volume_per_m3;
         let by_flow = per_kg_per_s * (inflow + balance.leak_kg_per_s);
         let by_motion = -per_metre * balance.step_m;
         let unexplained_pa = measured_step_pa - by_flow - by_motion;
@@ -95,7 +95,7 @@ impl Watch {
         // In steady motion both are equal and opposite; the larger one sets the scale.
         let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
         // A chamber that is almost empty has a volume that the position's error is a large part of.
-        let volume_doubt = tick.parameters.position_m * m.area_m2 * balance.inverse_volume_per_m3;
+        let volume_doubt = tick.parameters.position_m * m.area_b_m2 * balance.inverse_volume_per_m3;
         let allowed_pa = (tick.parameters.relative + volume_doubt) * activity + per_kg_per_s * doubt;
         self.allowance_pa = (self.allowance_pa + allowed_pa) * tick.keep;
         let noise = tick.parameters.pressure_pa + tick.parameters.position_m * per_metre;

@@ -150,9 +150,13 @@ impl Monitor {
     ) -> Result<Self, MonitorError> {
         parameters.validate(tick_s)?;
         let m = plant.coefficients();
-        let spool_keep = if m.spool_time_constant_s > 0.0 { (-tick_s / m.spool_time_constant_s).exp() } else { 0.0 };
+        let spool_keep = if m.added.valve_lag.time_constant_s > 0.0 {
+            (-tick_s / m.added.valve_lag.time_constant_s).exp()
+        } else {
+            0.0
+        };
         let kink = KinkWatch::new(&plant, tick_s);
-        let delay = CommandDelay::new(f32::from(command_delay_ticks) + m.line_delay_s / tick_s)?;
+        let delay = CommandDelay::new(f32::from(command_delay_ticks) + m.added.line_delay.delay_s / tick_s)?;
         Ok(Self {
             plant,
             parameters: *parameters,
@@ -209,7 +213,7 @@ impl Monitor {
         let (volume_a, volume_b) = self.plant.volumes_m3(y_m);
         let mean_a = 0.5 * (readings.pressure_a_pa + last.pressure_a_pa);
         let mean_b = 0.5 * (readings.pressure_b_pa + last.pressure_b_pa);
-        let crossing = m.leak_cross * (mean_a - mean_b);
+        let crossing = m.added.leak_cross_piston.conductance * (mean_a - mean_b);
         let balance_a = Balance {
             pressure_pa: mean_a,
             inverse_volume_per_m3: 1.0 / volume_a,
@@ -217,7 +221,7 @@ impl Monitor {
             step_m,
             smoothed_step_m: self.smoothed_step_m,
             filling: valve.fills_a,
-            leak_kg_per_s: -crossing - m.leak_a * (mean_a - m.atmosphere_pa),
+            leak_kg_per_s: -crossing - m.added.leak_chamber_a.conductance * (mean_a - m.atmosphere_pa),
         };
         let balance_b = Balance {
             pressure_pa: mean_b,
@@ -226,14 +230,14 @@ impl Monitor {
             step_m: -step_m,
             smoothed_step_m: -self.smoothed_step_m,
             filling: !valve.fills_a,
-            leak_kg_per_s: crossing - m.leak_b * (mean_b - m.atmosphere_pa),
+            leak_kg_per_s: crossing - m.added.leak_chamber_b.conductance * (mean_b - m.atmosphere_pa),
         };
         let (check_a, moved_a) = self.a.advance(&tick, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
         let (check_b, moved_b) = self.b.advance(&tick, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
         let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
         let bent = Bent {
             position_m: readings.position_m,
-            force_n: m.area_m2 * (mean_a - mean_b),
+            force_n: m.area_b_m2 * (mean_a - mean_b),
             missing: self.missing.since_a_bend(),
             metres_per_pa: 0.5 * (moved_a.metres_per_pa + moved_b.metres_per_pa),
         };

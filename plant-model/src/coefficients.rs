@@ -1,8 +1,10 @@
 //! Nominal parameters with all effects folded in.
 
 use crate::dead_zone::DeadZone;
+use crate::effects::Added;
 
-/// Everything the right-hand side needs, effects included. Built by `Plant::new`, changed by effects only.
+/// Everything the right-hand side needs, effects included. Built by `Plant::new`, changed by effects only: they change
+/// the coefficients of the paper's model, or set those of a term of their own.
 ///
 /// Public so that a single balance can be evaluated against measured signals with the very same coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,30 +19,14 @@ pub struct Coefficients<R> {
     pub dead_zone: DeadZone<R>,
     /// Largest command magnitude the valve follows, V.
     pub max_voltage_v: R,
-    /// First-order time constant of the spool, s; 0 for none.
-    pub spool_time_constant_s: R,
-    /// Half-width of the command play, V.
-    pub play_half_width_v: R,
-    /// Delay of the command, s.
-    pub line_delay_s: R,
     /// `beta_fill`, kg/(s Pa).
     pub fill: R,
     /// `beta_exh`, kg/(s Pa).
     pub exhaust: R,
-    /// Critical ratio and conductance scale of the ISO 6358 law; absent for the paper's linear law.
-    pub choked: Option<(R, R)>,
-    /// Supply pressure lost per mass flow, Pa s/kg.
-    pub droop_pa_s_per_kg: R,
-    /// Recovery time constant of the supply, s.
-    pub droop_time_constant_s: R,
-    /// Leak conductance from A to B, kg/(s Pa).
-    pub leak_cross: R,
-    /// Leak conductance from A to atmosphere, kg/(s Pa).
-    pub leak_a: R,
-    /// Leak conductance from B to atmosphere, kg/(s Pa).
-    pub leak_b: R,
-    /// Piston area, m2.
-    pub area_m2: R,
+    /// Piston area towards chamber A, m2.
+    pub area_a_m2: R,
+    /// Piston area towards chamber B, m2.
+    pub area_b_m2: R,
     /// Half the stroke, m.
     pub half_stroke_m: R,
     /// Volume of chamber A at mid-stroke, m3.
@@ -49,8 +35,6 @@ pub struct Coefficients<R> {
     pub volume_b0_m3: R,
     /// Moving mass, kg.
     pub mass_kg: R,
-    /// Constant force opposing positive motion, N.
-    pub constant_force_n: R,
     /// `sigma0`, N/m.
     pub stiffness: R,
     /// `sigma1`, N s/m.
@@ -65,24 +49,6 @@ pub struct Coefficients<R> {
     pub stribeck_velocity_m_per_s: R,
     /// `z_ba`, m.
     pub breakaway_m: R,
-    /// Relative friction asymmetry.
-    pub asymmetry: R,
-    /// Relative change of friction per metre, 1/m.
-    pub position_slope: R,
-    /// Relative amplitude of periodic friction.
-    pub position_amplitude: R,
-    /// Wave number of periodic friction, rad/m.
-    pub position_wave_number: R,
-    /// Friction per sum of gauge pressures, N/Pa.
-    pub pressure_friction: R,
-    /// Gain of the position sensor.
-    pub position_scale: R,
-    /// Offset of pressure sensor A, Pa.
-    pub pressure_a_offset_pa: R,
-    /// Offset of pressure sensor B, Pa.
-    pub pressure_b_offset_pa: R,
-    /// Time constant of both pressure sensors, s; 0 for none.
-    pub pressure_time_constant_s: R,
-    /// Delay of the position signal, s.
-    pub position_delay_s: R,
+    /// Coefficients of what effects add.
+    pub added: Added<R>,
 }

@@ -1,5 +1,6 @@
 //! The way of the command to the spool: transport delay, then the play operator of the valve's hysteresis.
 
+use crate::effects::{Added, valve_hysteresis};
 use crate::real::Real;
 use heapless::Deque;
 
@@ -7,20 +8,21 @@ use heapless::Deque;
 #[derive(Clone, Debug)]
 pub(crate) struct CommandPath<R, const N: usize> {
     delay_s: R,
-    half_width_v: R,
+    hysteresis: valve_hysteresis::Terms<R>,
     under_way: Deque<(R, R), N>,
     played_v: R,
 }
 
 impl<R: Real, const N: usize> CommandPath<R, N> {
     /// A path whose valve has stood at mid position for longer than the delay.
-    pub(crate) fn new(delay_s: R, half_width_v: R) -> Self {
+    pub(crate) fn new(added: &Added<R>) -> Self {
+        let delay_s = added.line_delay.delay_s;
         let mut under_way = Deque::new();
         if delay_s > R::ZERO {
             // Capacity N is at least one, so the first entry always fits.
             let _ = under_way.push_back((delay_s, R::ZERO));
         }
-        Self { delay_s, half_width_v, under_way, played_v: R::ZERO }
+        Self { delay_s, hysteresis: added.valve_hysteresis, under_way, played_v: R::ZERO }
     }
 
     /// The command that the spool sees, where it arrives at once; else `None`.
@@ -68,10 +70,9 @@ impl<R: Real, const N: usize> CommandPath<R, N> {
         }
     }
 
-    /// The play operator of half-width h.
     #[inline]
     fn play(&mut self, u_v: R) -> R {
-        self.played_v = self.played_v.limit(u_v - self.half_width_v, u_v + self.half_width_v);
+        self.played_v = self.hysteresis.play(self.played_v, u_v);
         self.played_v
     }
 }

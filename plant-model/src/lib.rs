@@ -34,7 +34,7 @@ mod stepper;
 pub mod valve_flow;
 
 pub use coefficients::Coefficients;
-pub use effects::{Effect, Effects};
+pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
 pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{Cylinder, Friction, Gas, Load, ParameterError, Rig, Supply, Valve};

@@ -2,11 +2,13 @@
 
 use crate::coefficients::Coefficients;
 use crate::dead_zone::DeadZone;
-use crate::effects::Effects;
+use crate::effects::terms::Chamber;
+use crate::effects::{Added, ChamberFlow, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
-use crate::valve_flow::{Iso6358, Orifices};
+use crate::sensors::Measurement;
+use crate::valve_flow::Orifices;
 
 /// The smallest volume a chamber can have, as a part of the swept volume `A L` (erratum: case (b) would reach zero).
 pub const MINIMUM_VOLUME_RATIO: f64 = 0.005;
@@ -58,10 +60,15 @@ pub struct Plant<R> {
     pub(crate) lugre: LuGre<R>,
     /// `R n T`, J/kg.
     pub(crate) energy: R,
-    pub(crate) minimum_volume_m3: R,
+    pub(crate) minimum_volume_a_m3: R,
+    pub(crate) minimum_volume_b_m3: R,
     pub(crate) inverse_mass: R,
-    /// `A / M`, m/(s2 Pa).
+    /// `A_b / M`, m/(s2 Pa).
     pub(crate) acceleration_per_pa: R,
+    /// `A_a - A_b`, m2.
+    pub(crate) uneven_area_m2: R,
+    /// `(A_a - A_b) / M`, m/(s2 Pa).
+    pub(crate) uneven_acceleration_per_pa: R,
     pub(crate) minimum_level_n: R,
     pub(crate) level_varies: bool,
     extended: bool,
@@ -103,23 +110,14 @@ impl<R: Real> Plant<R> {
                 slope_left: v.slope_left,
             },
             max_voltage_v: v.max_voltage_v,
-            spool_time_constant_s: R::ZERO,
-            play_half_width_v: R::ZERO,
-            line_delay_s: R::ZERO,
             fill: v.fill_coefficient_kg_per_s_pa,
             exhaust: v.exhaust_coefficient_kg_per_s_pa,
-            choked: None,
-            droop_pa_s_per_kg: R::ZERO,
-            droop_time_constant_s: R::ONE,
-            leak_cross: R::ZERO,
-            leak_a: R::ZERO,
-            leak_b: R::ZERO,
-            area_m2: c.area_m2,
+            area_a_m2: c.area_m2,
+            area_b_m2: c.area_m2,
             half_stroke_m: c.stroke_m * R::HALF,
             volume_a0_m3: c.volume_a0_m3,
             volume_b0_m3: c.volume_b0_m3,
             mass_kg: rig.load.mass_kg,
-            constant_force_n: R::ZERO,
             stiffness: f.stiffness_n_per_m,
             damping: f.damping_n_s_per_m,
             viscous: f.viscous_n_s_per_m,
@@ -127,29 +125,17 @@ impl<R: Real> Plant<R> {
             static_n: f.static_n,
             stribeck_velocity_m_per_s: f.stribeck_velocity_m_per_s,
             breakaway_m: f.breakaway_m,
-            asymmetry: R::ZERO,
-            position_slope: R::ZERO,
-            position_amplitude: R::ZERO,
-            position_wave_number: R::ZERO,
-            pressure_friction: R::ZERO,
-            position_scale: R::ONE,
-            pressure_a_offset_pa: R::ZERO,
-            pressure_b_offset_pa: R::ZERO,
-            pressure_time_constant_s: R::ZERO,
-            position_delay_s: R::ZERO,
+            added: Added::default(),
         }
     }
 
     fn assemble(rig: &Rig<R>, model: Coefficients<R>) -> Self {
-        let iso6358 = model.choked.map(|(critical_ratio, scale)| {
-            // With scale 1 the two laws agree at full pressure drop from supply to atmosphere.
-            let full = scale * (model.supply_pa - model.atmosphere_pa) / model.supply_pa;
-            Iso6358 { critical_ratio, fill: model.fill * full, exhaust: model.exhaust * full }
-        });
-        let level_varies = model.asymmetry != R::ZERO
-            || model.position_slope != R::ZERO
-            || model.position_amplitude != R::ZERO
-            || model.pressure_friction != R::ZERO;
+        let added = &model.added;
+        let iso6358 = added.choked_flow.on(model.fill, model.exhaust, model.supply_pa, model.atmosphere_pa);
+        let level_varies = added.changes_sliding_force();
+        let stroke_m = model.half_stroke_m + model.half_stroke_m;
+        let uneven_area_m2 = model.area_a_m2 - model.area_b_m2;
+        let minimum_volume = |area_m2: R| R::of(MINIMUM_VOLUME_RATIO) * area_m2 * stroke_m;
         Self {
             orifices: Orifices { fill: model.fill, exhaust: model.exhaust, iso6358 },
             lugre: LuGre {
@@ -166,21 +152,15 @@ impl<R: Real> Plant<R> {
                 ),
             },
             energy: rig.gas.gas_constant_j_per_kg_k * model.exponent * rig.gas.temperature_k,
-            minimum_volume_m3: R::of(MINIMUM_VOLUME_RATIO)
-                * model.area_m2
-                * (model.half_stroke_m + model.half_stroke_m),
+            minimum_volume_a_m3: minimum_volume(model.area_a_m2),
+            minimum_volume_b_m3: minimum_volume(model.area_b_m2),
             inverse_mass: R::ONE / model.mass_kg,
-            acceleration_per_pa: model.area_m2 / model.mass_kg,
+            acceleration_per_pa: model.area_b_m2 / model.mass_kg,
+            uneven_area_m2,
+            uneven_acceleration_per_pa: uneven_area_m2 / model.mass_kg,
             minimum_level_n: R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n,
             level_varies,
-            extended: level_varies
-                || model.spool_time_constant_s > R::ZERO
-                || model.droop_pa_s_per_kg != R::ZERO
-                || model.pressure_time_constant_s > R::ZERO
-                || model.choked.is_some()
-                || model.leak_cross != R::ZERO
-                || model.leak_a != R::ZERO
-                || model.leak_b != R::ZERO,
+            extended: level_varies || added.is_present() || uneven_area_m2 != R::ZERO,
             model,
         }
     }
@@ -252,9 +232,98 @@ impl<R: Real> Plant<R> {
     pub fn volumes_m3(&self, y_m: R) -> (R, R) {
         let m = &self.model;
         (
-            (m.volume_a0_m3 + m.area_m2 * y_m).at_least(self.minimum_volume_m3),
-            (m.volume_b0_m3 - m.area_m2 * y_m).at_least(self.minimum_volume_m3),
+            (m.volume_a0_m3 + m.area_a_m2 * y_m).at_least(self.minimum_volume_a_m3),
+            (m.volume_b0_m3 - m.area_b_m2 * y_m).at_least(self.minimum_volume_b_m3),
         )
+    }
+
+    /// Piston area towards a chamber, m2.
+    #[must_use]
+    pub fn area_m2(&self, side: Side) -> R {
+        match side {
+            Side::A => self.model.area_a_m2,
+            Side::B => self.model.area_b_m2,
+        }
+    }
+
+    /// The volume below which a chamber is never taken to shrink, m3.
+    #[must_use]
+    pub fn minimum_volume_m3(&self, side: Side) -> R {
+        match side {
+            Side::A => self.minimum_volume_a_m3,
+            Side::B => self.minimum_volume_b_m3,
+        }
+    }
+
+    /// Adds what effects let into a chamber beside the valve, such as leaks, to a flow; pressures in Pa absolute. Without
+    /// the other chamber's pressure, what depends on it is left out.
+    #[inline]
+    pub fn add_flows(&self, side: Side, p_pa: R, p_other_pa: Option<R>, flow: &mut ChamberFlow<R>) {
+        self.model.added.flow(&Chamber { side, p_pa, p_other_pa, atmosphere_pa: self.model.atmosphere_pa }, flow);
+    }
+
+    /// What effects let into a chamber beside the valve, see [`Plant::add_flows`].
+    #[must_use]
+    pub fn leaks(&self, side: Side, p_pa: R, p_other_pa: Option<R>) -> ChamberFlow<R> {
+        let mut flow = ChamberFlow::default();
+        self.add_flows(side, p_pa, p_other_pa, &mut flow);
+        flow
+    }
+
+    /// Net force on the piston towards chamber B in N, apart from friction and from forces outside the model; pressures in
+    /// Pa absolute.
+    #[must_use]
+    pub fn net_force_n(&self, y_m: R, v_m_per_s: R, p_a_pa: R, p_b_pa: R) -> R {
+        self.force_at::<true>(y_m, v_m_per_s, p_a_pa, p_b_pa).force_n
+    }
+
+    /// What a pressure sensor shows in Pa absolute, from the pressure behind its lag.
+    #[must_use]
+    pub fn shown_pressure_pa(&self, side: Side, behind_lag_pa: R) -> R {
+        let p = behind_lag_pa;
+        let shown = self.model.added.sense(Measurement { p_a_pa: p, p_b_pa: p, ..Measurement::default() });
+        match side {
+            Side::A => shown.p_a_pa,
+            Side::B => shown.p_b_pa,
+        }
+    }
+
+    /// The pressure behind the sensor's lag in Pa absolute, from what the sensor shows.
+    #[must_use]
+    pub fn pressure_behind_lag_pa(&self, side: Side, shown_pa: R) -> R {
+        self.model.added.true_pressure_pa(side, shown_pa)
+    }
+
+    /// The pressure in a chamber in Pa absolute, from what the sensor shows and its slope in Pa/s.
+    #[must_use]
+    pub fn true_pressure_pa(&self, side: Side, shown_pa: R, slope_pa_per_s: R) -> R {
+        let ahead_pa = self.model.added.pressure_lag.ahead_pa(shown_pa, slope_pa_per_s);
+        self.model.added.true_pressure_pa(side, ahead_pa)
+    }
+
+    /// The position in m, from what the sensor shows (of the moment to which that belongs, see
+    /// [`Plant::position_delay_s`]).
+    #[must_use]
+    pub fn true_position_m(&self, shown_m: R) -> R {
+        self.model.added.true_position_m(shown_m)
+    }
+
+    /// What the position sensor shows in m, of a position.
+    #[must_use]
+    pub fn shown_position_m(&self, y_m: R) -> R {
+        self.model.added.sense(Measurement { y_m, ..Measurement::default() }).y_m
+    }
+
+    /// By how much the position signal is late, s.
+    #[must_use]
+    pub fn position_delay_s(&self) -> R {
+        self.model.added.position_delay.delay_s
+    }
+
+    /// By how much the valve acts late on its command, s.
+    #[must_use]
+    pub fn line_delay_s(&self) -> R {
+        self.model.added.line_delay.delay_s
     }
 
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.

@@ -1,10 +1,12 @@
 //! The right-hand side: every equation's rate and its partial derivatives, evaluated in one pass.
 
 use crate::chamber::Volume;
+use crate::effects::Added;
+use crate::effects::terms::{Chamber, ChamberFlow, Force, Seal, Side, Term};
 use crate::friction::Level;
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
-use crate::valve_flow::{Connection, Opening};
+use crate::valve_flow::{Connection, Flow, Opening};
 
 /// What the valve does during a step: known beforehand where the spool follows its command at once.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +31,7 @@ pub(crate) struct Jacobian<R> {
     pub(crate) b_y: R,
     pub(crate) z_z: R,
     pub(crate) z_v: R,
-    /// By `p_a`; by `p_b` it is the opposite.
+    /// By `p_a` where both areas are equal; by `p_b` it is the opposite.
     pub(crate) v_p: R,
     pub(crate) v_z: R,
     pub(crate) v_v: R,
@@ -42,6 +44,8 @@ pub(crate) struct Jacobian<R> {
     pub(crate) v_y: R,
     /// By either pressure, through the sliding force.
     pub(crate) v_level_p: R,
+    /// By `p_a`, as far as its area is the larger one.
+    pub(crate) v_uneven: R,
     pub(crate) a_supply: R,
     pub(crate) b_supply: R,
     pub(crate) a_spool: R,
@@ -82,13 +86,14 @@ impl<R: Real> Plant<R> {
     /// Lets those additional states that are not in use follow their sources.
     #[inline]
     pub(crate) fn settle(&self, state: &mut State<R>, drive: &Drive<R>) {
-        if self.model.spool_time_constant_s <= R::ZERO {
+        let added = &self.model.added;
+        if !added.valve_lag.is_present() {
             state.spool_v = drive.command_v;
         }
-        if self.model.droop_pa_s_per_kg == R::ZERO {
+        if !added.supply_droop.is_present() {
             state.p_sup_pa = drive.supply_pa;
         }
-        if self.model.pressure_time_constant_s <= R::ZERO {
+        if !added.pressure_lag.is_present() {
             state.p_a_sensed_pa = state.p_a_pa;
             state.p_b_sensed_pa = state.p_b_pa;
         }
@@ -105,7 +110,7 @@ impl<R: Real> Plant<R> {
 
     #[inline]
     fn opening<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Opening<R> {
-        if EXTENDED && self.model.spool_time_constant_s > R::ZERO {
+        if EXTENDED && self.model.added.valve_lag.is_present() {
             Opening::at(self.model.dead_zone.output_v(state.spool_v))
         } else {
             drive.opening
@@ -114,61 +119,74 @@ impl<R: Real> Plant<R> {
 
     /// Sliding force `g` with the effects of direction, position and pressure, and its derivatives by `y` and by the
     /// sum of the pressures, which are meaningful only with `PARTIALS`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn level<const EXTENDED: bool, const PARTIALS: bool>(&self, state: &State<R>) -> (Level<R>, R, R) {
         let plain = self.lugre.level(state.v_m_per_s);
         if !EXTENDED || !self.level_varies {
             return (plain, R::ZERO, R::ZERO);
         }
-        let m = &self.model;
-        let angle = m.position_wave_number * state.y_m;
-        let (wave, wave_slope) = if m.position_amplitude == R::ZERO {
-            (R::ZERO, R::ZERO)
-        } else {
-            let slope = if PARTIALS { m.position_wave_number * angle.cos() } else { R::ZERO };
-            (m.position_amplitude * angle.sin(), m.position_amplitude * slope)
-        };
-        let direction = R::ONE + m.asymmetry * state.v_m_per_s.sign();
-        let place = R::ONE + m.position_slope * state.y_m + wave;
-        let factor = direction * place;
-        let gauge = state.p_a_pa + state.p_b_pa - m.atmosphere_pa - m.atmosphere_pa;
-        let (gauge, by_gauge) = if gauge > R::ZERO { (gauge, m.pressure_friction) } else { (R::ZERO, R::ZERO) };
-        let loaded = plain.force_n + m.pressure_friction * gauge;
-        let force_n = loaded * factor;
+        let atmosphere = self.model.atmosphere_pa;
+        let sum = self.model.added.slide::<PARTIALS>(
+            plain.force_n,
+            &Seal {
+                y_m: state.y_m,
+                v_m_per_s: state.v_m_per_s,
+                gauge_sum_pa: state.p_a_pa + state.p_b_pa - atmosphere - atmosphere,
+            },
+        );
+        let factor = sum.factor * sum.place;
+        let force_n = sum.loaded_n * factor;
         if force_n < self.minimum_level_n {
             return (Level { force_n: self.minimum_level_n, by_velocity: R::ZERO }, R::ZERO, R::ZERO);
         }
         (
             Level { force_n, by_velocity: plain.by_velocity * factor },
-            loaded * direction * (m.position_slope + wave_slope),
-            by_gauge * factor,
+            sum.loaded_n * sum.factor * sum.place_by_position,
+            sum.loaded_by_pressure * factor,
         )
     }
 
-    #[inline]
-    fn volumes(&self, y: R) -> (Volume<R>, Volume<R>) {
+    #[inline(always)]
+    fn volumes<const EXTENDED: bool>(&self, y: R) -> (Volume<R>, Volume<R>) {
         let m = &self.model;
+        let (area_b, minimum_b) = (m.area_b_m2, self.minimum_volume_b_m3);
+        // The shorter path is for equal areas.
+        let (area_a, minimum_a) = if EXTENDED { (m.area_a_m2, self.minimum_volume_a_m3) } else { (area_b, minimum_b) };
         (
-            Volume::of(m.volume_a0_m3 + m.area_m2 * y, m.area_m2, self.minimum_volume_m3),
-            Volume::of(m.volume_b0_m3 - m.area_m2 * y, m.area_m2, self.minimum_volume_m3),
+            Volume::of(m.volume_a0_m3 + area_a * y, area_a, minimum_a),
+            Volume::of(m.volume_b0_m3 - area_b * y, area_b, minimum_b),
         )
     }
 
-    /// Net force on the piston apart from friction, N.
-    #[inline]
-    fn driving_force(&self, state: &State<R>, drive: &Drive<R>) -> R {
+    /// Net force on the piston towards chamber B, apart from friction.
+    #[inline(always)]
+    fn driving_force<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Force<R> {
+        let mut sum = self.force_at::<EXTENDED>(state.y_m, state.v_m_per_s, state.p_a_pa, state.p_b_pa);
+        sum.force_n += drive.external_force_n;
+        sum
+    }
+
+    /// The part of it that the model knows: `A_a (p_a - p_atm) - A_b (p_b - p_atm)`, written such that equal areas give
+    /// `A (p_a - p_b)` to the last bit, and what effects add.
+    #[inline(always)]
+    pub(crate) fn force_at<const EXTENDED: bool>(&self, y: R, v: R, p_a: R, p_b: R) -> Force<R> {
         let m = &self.model;
-        m.area_m2 * (state.p_a_pa - state.p_b_pa) - m.constant_force_n + drive.external_force_n
+        let mut sum = Force { force_n: m.area_b_m2 * (p_a - p_b), ..Force::default() };
+        if EXTENDED {
+            sum.force_n += self.uneven_area_m2 * (p_a - m.atmosphere_pa);
+        }
+        m.added.force(y, v, &mut sum);
+        sum
     }
 
     /// Rates of change. `held` keeps the piston at its end stop.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn rates<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>, held: bool) -> State<R> {
         self.evaluate::<EXTENDED, false>(state, drive, held).0
     }
 
     /// Rates of change with their partial derivatives.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn linearise<const EXTENDED: bool>(
         &self,
         state: &State<R>,
@@ -204,21 +222,25 @@ impl<R: Real> Plant<R> {
         } else {
             (drive.connection_a.inflow(fills_a, p_a), drive.connection_b.inflow(fills_b, p_b))
         };
-        let (mut into_a, mut into_b) = (valve_a.mass_flow, valve_b.mass_flow);
-        let (mut by_a, mut by_b) = (valve_a.by_chamber, valve_b.by_chamber);
+        let of = |valve: &Flow<R>| ChamberFlow {
+            mass_flow: valve.mass_flow,
+            by_chamber: valve.by_chamber,
+            by_other: R::ZERO,
+        };
+        let (mut flow_a, mut flow_b) = (of(&valve_a), of(&valve_b));
         if EXTENDED {
-            let crossing = m.leak_cross * (p_a - p_b);
-            into_a = into_a - crossing - m.leak_a * (p_a - m.atmosphere_pa);
-            into_b = into_b + crossing - m.leak_b * (p_b - m.atmosphere_pa);
-            by_a = by_a - m.leak_cross - m.leak_a;
-            by_b = by_b - m.leak_cross - m.leak_b;
+            let chamber =
+                |side, p_pa, other| Chamber { side, p_pa, p_other_pa: Some(other), atmosphere_pa: m.atmosphere_pa };
+            m.added.flow(&chamber(Side::A, p_a, p_b), &mut flow_a);
+            m.added.flow(&chamber(Side::B, p_b, p_a), &mut flow_b);
         }
 
-        let (volume_a, volume_b) = self.volumes(y);
-        let rate_a = volume_a.pressure_rate(m.exponent, self.energy, p_a, v, into_a, by_a);
-        let rate_b = volume_b.pressure_rate(m.exponent, self.energy, p_b, -v, into_b, by_b);
+        let (volume_a, volume_b) = self.volumes::<EXTENDED>(y);
+        let rate_a = volume_a.pressure_rate(m.exponent, self.energy, p_a, v, flow_a.mass_flow, flow_a.by_chamber);
+        let rate_b = volume_b.pressure_rate(m.exponent, self.energy, p_b, -v, flow_b.mass_flow, flow_b.by_chamber);
 
-        let acceleration = (self.driving_force(state, drive) - friction.force_n) * self.inverse_mass;
+        let driving = self.driving_force::<EXTENDED>(state, drive);
+        let acceleration = (driving.force_n - friction.force_n) * self.inverse_mass;
 
         let mut rates = State {
             y_m: if held { R::ZERO } else { v },
@@ -229,18 +251,11 @@ impl<R: Real> Plant<R> {
             ..State::default()
         };
         if EXTENDED {
-            if m.spool_time_constant_s > R::ZERO {
-                rates.spool_v = (drive.command_v - state.spool_v) / m.spool_time_constant_s;
-            }
-            if m.droop_pa_s_per_kg != R::ZERO {
-                let drawn = if opening.fills_a { valve_a.mass_flow } else { valve_b.mass_flow };
-                rates.p_sup_pa =
-                    (drive.supply_pa - m.droop_pa_s_per_kg * drawn - state.p_sup_pa) / m.droop_time_constant_s;
-            }
-            if m.pressure_time_constant_s > R::ZERO {
-                rates.p_a_sensed_pa = (p_a - state.p_a_sensed_pa) / m.pressure_time_constant_s;
-                rates.p_b_sensed_pa = (p_b - state.p_b_sensed_pa) / m.pressure_time_constant_s;
-            }
+            let drawn = if opening.fills_a { valve_a.mass_flow } else { valve_b.mass_flow };
+            rates.spool_v = m.added.valve_lag.rate(drive.command_v, state.spool_v);
+            rates.p_sup_pa = m.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
+            rates.p_a_sensed_pa = m.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
+            rates.p_b_sensed_pa = m.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);
         }
 
         let mut jacobian = Jacobian::default();
@@ -262,9 +277,14 @@ impl<R: Real> Plant<R> {
                 jacobian.z_y = friction.rate_by_level * level_by_y;
                 jacobian.z_p = friction.rate_by_level * level_by_p;
                 jacobian.v_y = -damping * jacobian.z_y;
+                if Added::<R>::FORCE_VARIES {
+                    jacobian.v_y += driving.by_position * self.inverse_mass;
+                    jacobian.v_v += driving.by_velocity * self.inverse_mass;
+                }
+                jacobian.v_uneven = self.uneven_acceleration_per_pa;
                 jacobian.v_level_p = -damping * jacobian.z_p;
-                jacobian.a_b = m.leak_cross * rate_a.by_mass_flow;
-                jacobian.b_a = m.leak_cross * rate_b.by_mass_flow;
+                jacobian.a_b = flow_a.by_other * rate_a.by_mass_flow;
+                jacobian.b_a = flow_b.by_other * rate_b.by_mass_flow;
                 let (gain_a, gain_b) = if opening.magnitude > zero {
                     let slope = opening.gain_per_v() * m.dead_zone.gain(state.spool_v) / opening.magnitude;
                     (valve_a.mass_flow * slope, valve_b.mass_flow * slope)
@@ -275,13 +295,9 @@ impl<R: Real> Plant<R> {
                 jacobian.b_supply = valve_b.by_supply * rate_b.by_mass_flow;
                 jacobian.a_spool = gain_a * rate_a.by_mass_flow;
                 jacobian.b_spool = gain_b * rate_b.by_mass_flow;
-                if m.droop_pa_s_per_kg != zero {
-                    let loss = -m.droop_pa_s_per_kg / m.droop_time_constant_s;
-                    let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
-                    jacobian.supply_supply = loss * drawn.by_supply - R::ONE / m.droop_time_constant_s;
-                    jacobian.supply_spool = loss * gain;
-                    jacobian.supply_filled = loss * drawn.by_chamber;
-                }
+                let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
+                (jacobian.supply_supply, jacobian.supply_spool, jacobian.supply_filled) =
+                    m.added.supply_droop.partials(&drawn, gain);
             }
         }
         (rates, jacobian)
@@ -289,14 +305,14 @@ impl<R: Real> Plant<R> {
 
     /// The end stop the piston rests against, if it does: −1 at −L/2, +1 at +L/2, and the force holds it there.
     #[inline]
-    pub(crate) fn held_at_stop(&self, state: &State<R>, drive: &Drive<R>) -> bool {
+    pub(crate) fn held_at_stop<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> bool {
         let limit = self.model.half_stroke_m;
         if state.y_m.abs() < limit || state.v_m_per_s != R::ZERO {
             return false;
         }
         // The bristles were pushed towards the stop; held, they only keep what they have.
         let outward = state.y_m.sign();
-        let force = self.driving_force(state, drive) - self.lugre.stiffness * state.z_m;
+        let force = self.driving_force::<EXTENDED>(state, drive).force_n - self.lugre.stiffness * state.z_m;
         force * outward >= R::ZERO
     }
 }

@@ -65,14 +65,14 @@ struct Extra<R> {
 
 impl<R: Real> Extra<R> {
     fn new(plant: &Plant<R>, j: &Jacobian<R>, diagonal: R) -> Self {
-        let rate = |time_constant: R| if time_constant > R::ZERO { R::ONE / time_constant } else { R::ZERO };
+        let added = &plant.model.added;
         let supply = R::ONE / (diagonal - j.supply_supply);
-        let sensed_gain = rate(plant.model.pressure_time_constant_s);
+        let sensed_gain = added.pressure_lag.inverse_s();
         // Only the chamber that is being filled depends on the supply, and the supply on it.
         let fills_a = j.a_supply != R::ZERO;
         let coupling = j.supply_filled * supply;
         Self {
-            spool: R::ONE / (diagonal + rate(plant.model.spool_time_constant_s)),
+            spool: R::ONE / (diagonal + added.valve_lag.inverse_s()),
             supply,
             supply_spool: j.supply_spool,
             filled_a: if fills_a { coupling } else { R::ZERO },
@@ -128,7 +128,7 @@ impl<R: Real> Stages<R> {
         }
         let mut pivot = (diagonal - j.v_v) - (j.v_p * (a_v - b_v) + j.v_z * z_v);
         if EXTENDED {
-            pivot = pivot - j.v_y * inverse_y - j.v_level_p * (a_v + b_v);
+            pivot = pivot - j.v_y * inverse_y - j.v_level_p * (a_v + b_v) - j.v_uneven * a_v;
         }
         let v_v = if held { zero } else { R::ONE / pivot };
         let v_p = j.v_p * v_v;
@@ -137,7 +137,7 @@ impl<R: Real> Stages<R> {
         if EXTENDED {
             // What a pressure does to the velocity: directly, through the sliding force, through the bristle.
             let v_level = j.v_level_p * v_v + v_z_of * z_p;
-            let (from_a, from_b) = (v_level + v_p, v_level - v_p);
+            let (from_a, from_b) = (v_level + v_p + j.v_uneven * v_v, v_level - v_p);
             v_a = from_a * a_a + from_b * b_a;
             v_b = from_b * b_b + from_a * a_b;
             v_y = j.v_y * inverse_y * v_v + from_a * a_y + from_b * b_y + v_z_of * j.z_y * inverse_y * z_z;
@@ -310,6 +310,7 @@ pub(crate) fn rodas3<R: Real, const EXTENDED: bool>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::terms::Term;
     use crate::effects::{Effect, Effects};
     use crate::plant::Inputs;
     use crate::rig::Rig;
@@ -393,9 +394,9 @@ mod tests {
             // States that follow their sources at once have no rate: their right-hand side is zero.
             let mut right: [f64; STATES] = core::array::from_fn(|i| r[i] * SCALE[i] / h);
             let m = plant.coefficients();
-            if m.spool_time_constant_s == 0.0 { right[5] = 0.0; }
-            if m.droop_pa_s_per_kg == 0.0 { right[6] = 0.0; }
-            if m.pressure_time_constant_s == 0.0 { right[7] = 0.0; right[8] = 0.0; }
+            if !m.added.valve_lag.is_present() { right[5] = 0.0; }
+            if !m.added.supply_droop.is_present() { right[6] = 0.0; }
+            if !m.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
 
             let check = |k: State<f64>, rates: &dyn Fn(&State<f64>) -> State<f64>| {
                 let Some(back) = multiplied(rates, &state, &k, h) else { return Ok(()) };

@@ -1,6 +1,6 @@
 //! What the sensors make of the state: gain, offsets, and a position signal that comes late.
 
-use crate::coefficients::Coefficients;
+use crate::effects::Added;
 use crate::plant::State;
 use crate::real::Real;
 use heapless::Deque;
@@ -45,13 +45,13 @@ impl<R: Real, const N: usize> Sensors<R, N> {
 
     /// The measurement of the present state.
     #[inline]
-    pub(crate) fn measure(&self, model: &Coefficients<R>, state: &State<R>) -> Measurement<R> {
-        Measurement {
-            y_m: model.position_scale * self.late_position(state.y_m),
-            p_a_pa: state.p_a_sensed_pa + model.pressure_a_offset_pa,
-            p_b_pa: state.p_b_sensed_pa + model.pressure_b_offset_pa,
+    pub(crate) fn measure(&self, added: &Added<R>, state: &State<R>) -> Measurement<R> {
+        added.sense(Measurement {
+            y_m: self.late_position(state.y_m),
+            p_a_pa: state.p_a_sensed_pa,
+            p_b_pa: state.p_b_sensed_pa,
             p_sup_pa: state.p_sup_pa,
-        }
+        })
     }
 
     /// Linear interpolation between recorded positions; before the first record the piston stood there.

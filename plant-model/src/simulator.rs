@@ -45,8 +45,8 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[must_use]
     pub fn from_state(plant: Plant<R>, state: State<R>, stepper: Stepper<R>) -> Self {
         Self {
-            command_path: CommandPath::new(plant.model.line_delay_s, plant.model.play_half_width_v),
-            sensors: Sensors::new(plant.model.position_delay_s),
+            command_path: CommandPath::new(&plant.model.added),
+            sensors: Sensors::new(plant.model.added.position_delay.delay_s),
             plant,
             state,
             stepper,
@@ -86,7 +86,7 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[inline]
     #[must_use]
     pub fn measure(&self) -> Measurement<R> {
-        self.sensors.measure(&self.plant.model, &self.state)
+        self.sensors.measure(&self.plant.model.added, &self.state)
     }
 
     /// The true state.

@@ -161,7 +161,7 @@ impl<R: Real> Stepper<R> {
     /// The usual tick of the paper's model: all of it in one step, without a loop. Turns to [`Stepper::subdivide`] when that fails.
     #[inline(always)]
     fn whole(&mut self, plant: &Plant<R>, state: &mut State<R>, drive: &Drive<R>, dt: R, weights: &Weights<R>) {
-        let held = plant.held_at_stop(state, drive);
+        let held = plant.held_at_stop::<false>(state, drive);
         let (next, error) = ros3(plant, state, drive, held, dt);
         let norm = weights.norm_squared::<false>(&error);
         self.steps += 1;
@@ -181,7 +181,7 @@ impl<R: Real> Stepper<R> {
     /// without the code of error control and of the additional states.
     pub fn single_step(plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
         let drive = plant.drive(inputs);
-        let held = plant.held_at_stop(state, &drive);
+        let held = plant.held_at_stop::<false>(state, &drive);
         let (mut next, _) = rodas3::<R, false>(plant, state, &drive, held, dt_s);
         stop_at_ends(plant, &mut next);
         *state = next;
@@ -195,7 +195,7 @@ impl<R: Real> Stepper<R> {
             Division::Equal(count) => {
                 let h = dt / R::of(f64::from(*count));
                 for _ in 0..*count {
-                    let held = plant.held_at_stop(state, drive);
+                    let held = plant.held_at_stop::<EXTENDED>(state, drive);
                     let (mut next, _) = rodas3::<R, EXTENDED>(plant, state, drive, held, h);
                     stop_at_ends(plant, &mut next);
                     if next.is_physical() {
@@ -221,7 +221,7 @@ impl<R: Real> Stepper<R> {
                         h
                     };
                     taken += 1;
-                    let held = plant.held_at_stop(state, drive);
+                    let held = plant.held_at_stop::<EXTENDED>(state, drive);
                     let (mut next, error) = if EXTENDED {
                         rodas3::<R, EXTENDED>(plant, state, drive, held, step)
                     } else {

@@ -1,5 +1,6 @@
 //! Mass flow through the valve's orifices (3.2, 3.3), and the ISO 6358 law that may replace it.
 
+pub use crate::effects::choked_flow::{Iso6358, psi};
 use crate::real::Real;
 
 /// How far an orifice pair is open: `|atan(2 w)|`, and which chamber is being filled.
@@ -53,55 +54,6 @@ pub struct Orifices<R> {
     pub iso6358: Option<Iso6358<R>>,
 }
 
-/// Parameters of the ISO 6358 law `q = C p_up psi(p_down / p_up)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Iso6358<R> {
-    /// Critical pressure ratio `b`, 0 to below 1.
-    pub critical_ratio: R,
-    /// `C` of filling, kg/(s Pa) per rad of opening.
-    pub fill: R,
-    /// `C` of exhausting, kg/(s Pa) per rad of opening.
-    pub exhaust: R,
-}
-
-/// Above this pressure ratio the ISO law's infinite slope is replaced by a straight (laminar) line to zero flow.
-const LAMINAR_RATIO: f64 = 0.999;
-
-/// `psi(r)` of ISO 6358 and its derivative, laminar near `r = 1`.
-#[inline]
-#[must_use]
-pub fn psi<R: Real>(ratio: R, critical: R) -> (R, R) {
-    if ratio <= critical {
-        return (R::ONE, R::ZERO);
-    }
-    let span = R::ONE - critical;
-    let curve = |r: R| {
-        let s = (r - critical) / span;
-        let root = (R::ONE - s * s).at_least(R::ZERO).sqrt();
-        (root, s)
-    };
-    let laminar = R::of(LAMINAR_RATIO);
-    if ratio >= laminar {
-        let (root, _) = curve(laminar);
-        let slope = -root / (R::ONE - laminar);
-        return ((R::ONE - ratio).at_least(R::ZERO) * -slope, slope);
-    }
-    let (root, s) = curve(ratio);
-    (root, -s / (span * root))
-}
-
-/// Flow through one orifice from `up` to `down` by ISO 6358, positive that way, with derivatives by both.
-#[inline]
-fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
-    if down > up {
-        let (q, by_down, by_up) = iso_flow(conductance, critical, down, up);
-        return (-q, -by_up, -by_down);
-    }
-    let ratio = down / up;
-    let (value, slope) = psi(ratio, critical);
-    (conductance * up * value, conductance * (value - slope * ratio), conductance * slope)
-}
-
 /// What an open orifice of the linear law connects a chamber to: flow is `conductance (pressure - p)` into the chamber.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Connection<R> {
@@ -143,18 +95,6 @@ impl<R: Real> Connection<R> {
             mass_flow: self.conductance * (self.pressure_pa - p),
             by_chamber: -self.conductance,
             by_supply: if filling { self.conductance } else { R::ZERO },
-        }
-    }
-}
-
-impl<R: Real> Iso6358<R> {
-    fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
-        if filling {
-            let (mass_flow, by_supply, by_chamber) = iso_flow(self.fill * magnitude, self.critical_ratio, supply, p);
-            Flow { mass_flow, by_chamber, by_supply }
-        } else {
-            let (out, by_chamber, _) = iso_flow(self.exhaust * magnitude, self.critical_ratio, p, atmosphere);
-            Flow { mass_flow: -out, by_chamber: -by_chamber, by_supply: R::ZERO }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Friction of the synthetic rig: (3.9) to (3.12) written out as printed and corrected, no shared code.
 
+use crate::effects::{self, Rubbing, Seal};
 use crate::physics::Physics;
 
 /// `g`: steady sliding force at velocity `v`, with everything that raises or lowers it.
@@ -14,21 +15,10 @@ pub(crate) fn sliding_force(ph: &Physics, v: f64, y: f64, p_sum: f64, time_s: f6
     if let Some([lost, tau]) = ph.outside.running_in {
         g *= 1.0 - lost * (1.0 - (-time_s / tau).exp());
     }
-    g += ph.per_pressure * (p_sum - 2.0 * ph.atmosphere_pa).max(0.0);
-    let direction = if v > 0.0 {
-        1.0 + ph.asymmetry
-    } else if v < 0.0 {
-        1.0 - ph.asymmetry
-    } else {
-        1.0
-    };
-    let ripple = if ph.place_wavelength > 0.0 && ph.place_amplitude != 0.0 {
-        ph.place_amplitude * (std::f64::consts::TAU * y / ph.place_wavelength).sin()
-    } else {
-        0.0
-    };
-    let place = 1.0 + ph.place_slope * y / ph.half_stroke + ripple;
-    (g * direction * place).max(1e-3 * ph.coulomb)
+    let seal = Seal { v, y, half_stroke: ph.half_stroke, p_sum, atmosphere: ph.atmosphere_pa };
+    let mut rubbing = Rubbing { loaded: g, direction: 1.0, place: 1.0 };
+    effects::rub(&ph.present, &seal, &mut rubbing);
+    (rubbing.loaded * rubbing.direction * rubbing.place).max(1e-3 * ph.coulomb)
 }
 
 /// The elasto-plastic switch (3.12).

@@ -30,6 +30,7 @@ pub mod blind;
 mod case;
 mod cause;
 mod chain;
+mod effects;
 mod experiment;
 mod foreign;
 mod friction;

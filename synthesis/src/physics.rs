@@ -4,6 +4,7 @@
 //! `plant-model`, and nothing of its equations, so that an error in one of the two shows as a difference.
 
 use crate::cause::Cause;
+use crate::effects::{self, Present};
 use crate::foreign::Foreign;
 use plant_model::{Effect, Rig};
 
@@ -29,16 +30,12 @@ pub struct Physics {
     pub(crate) choked: Option<[f64; 2]>,
     pub(crate) droop: f64,
     pub(crate) droop_s: f64,
-    pub(crate) leak_cross: f64,
-    pub(crate) leak_a: f64,
-    pub(crate) leak_b: f64,
-    pub(crate) area: f64,
+    pub(crate) area_a: f64,
+    pub(crate) area_b: f64,
     pub(crate) half_stroke: f64,
     pub(crate) volume_a: f64,
     pub(crate) volume_b: f64,
-    pub(crate) least_volume: f64,
     pub(crate) mass: f64,
-    pub(crate) force: f64,
     pub(crate) sigma0: f64,
     pub(crate) sigma1: f64,
     pub(crate) sigma2: f64,
@@ -46,16 +43,10 @@ pub struct Physics {
     pub(crate) stiction: f64,
     pub(crate) stribeck: f64,
     pub(crate) breakaway: f64,
-    pub(crate) asymmetry: f64,
-    pub(crate) place_slope: f64,
-    pub(crate) place_amplitude: f64,
-    pub(crate) place_wavelength: f64,
-    pub(crate) per_pressure: f64,
-    pub(crate) y_scale: f64,
     pub(crate) y_delay_s: f64,
-    pub(crate) a_offset: f64,
-    pub(crate) b_offset: f64,
     pub(crate) sensor_s: f64,
+    /// Catalogue effects in its order, with their values.
+    pub(crate) present: Vec<Present>,
     pub(crate) outside: Outside,
 }
 
@@ -121,16 +112,12 @@ impl Physics {
             choked: None,
             droop: 0.0,
             droop_s: 1.0,
-            leak_cross: 0.0,
-            leak_a: 0.0,
-            leak_b: 0.0,
-            area: c.area_m2,
+            area_a: c.area_m2,
+            area_b: c.area_m2,
             half_stroke: c.stroke_m / 2.0,
             volume_a: c.volume_a0_m3,
             volume_b: c.volume_b0_m3,
-            least_volume: 0.005 * c.area_m2 * c.stroke_m,
             mass: rig.load.mass_kg,
-            force: 0.0,
             sigma0: f.stiffness_n_per_m,
             sigma1: f.damping_n_s_per_m,
             sigma2: f.viscous_n_s_per_m,
@@ -138,16 +125,9 @@ impl Physics {
             stiction: f.static_n,
             stribeck: f.stribeck_velocity_m_per_s,
             breakaway: f.breakaway_m,
-            asymmetry: 0.0,
-            place_slope: 0.0,
-            place_amplitude: 0.0,
-            place_wavelength: 0.0,
-            per_pressure: 0.0,
-            y_scale: 1.0,
             y_delay_s: 0.0,
-            a_offset: 0.0,
-            b_offset: 0.0,
             sensor_s: 0.0,
+            present: Vec::new(),
             outside: Outside::default(),
         };
         for effect in Effect::ALL {
@@ -155,7 +135,8 @@ impl Physics {
                 if let Cause::Catalogue(found, values) = cause
                     && *found == effect
                 {
-                    physics.add(effect, values);
+                    effects::apply(effect, values, &mut physics);
+                    physics.present.push((effect, *values));
                 }
             }
         }
@@ -165,45 +146,6 @@ impl Physics {
             }
         }
         physics
-    }
-
-    fn add(&mut self, effect: Effect, p: &[f64; 3]) {
-        match effect {
-            Effect::ValveDeadZone => (self.right_v, self.left_v) = (p[0], p[1]),
-            Effect::ValveLag => self.lag_s = p[0],
-            Effect::ValveHysteresis => self.play_v = p[0],
-            Effect::FillCoefficient => self.fill *= p[0],
-            Effect::ExhaustCoefficient => self.exhaust *= p[0],
-            Effect::ChokedFlow => self.choked = (p[0] >= 0.0).then_some([p[0], p[1]]),
-            Effect::SupplyDroop => (self.droop, self.droop_s) = (p[0], p[1]),
-            Effect::LeakCrossPiston => self.leak_cross = p[0],
-            Effect::LeakChamberA => self.leak_a = p[0],
-            Effect::LeakChamberB => self.leak_b = p[0],
-            Effect::LineDelay => self.line_delay_s = p[0],
-            Effect::DeadVolume => {
-                self.volume_a += p[0];
-                self.volume_b += p[0];
-            }
-            Effect::HeatTransfer => self.exponent = p[0],
-            Effect::PayloadMass => self.mass = p[0],
-            Effect::ConstantForce => self.force = p[0],
-            Effect::CoulombFriction => {
-                self.coulomb *= p[0];
-                self.stiction *= p[0];
-            }
-            Effect::ViscousFriction => self.sigma2 = p[0],
-            Effect::StaticFriction => self.stiction = p[0].max(self.coulomb),
-            Effect::FrictionAsymmetry => self.asymmetry = p[0],
-            Effect::FrictionPosition => {
-                (self.place_slope, self.place_amplitude, self.place_wavelength) = (p[0], p[1], p[2]);
-            }
-            Effect::FrictionPressure => self.per_pressure = p[0],
-            Effect::PositionScale => self.y_scale = p[0],
-            Effect::PressureAOffset => self.a_offset = p[0],
-            Effect::PressureBOffset => self.b_offset = p[0],
-            Effect::PressureLag => self.sensor_s = p[0],
-            Effect::PositionDelay => self.y_delay_s = p[0],
-        }
     }
 
     fn add_foreign(&mut self, foreign: Foreign, p: &[f64; 2]) {
@@ -252,6 +194,7 @@ impl Physics {
     /// Speed per radian of valve opening in slow motion, m/s.
     pub(crate) fn speed_per_opening(&self) -> f64 {
         let p = self.rest_pressure_pa();
-        self.fill * (self.supply_pa - p) * self.gas_constant * self.temperature_k / (p * self.area)
+        self.fill * (self.supply_pa - p) * self.gas_constant * self.temperature_k
+            / (p * 0.5 * (self.area_a + self.area_b))
     }
 }

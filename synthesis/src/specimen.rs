@@ -5,6 +5,7 @@
 //! order, symmetric, no Jacobian, no step control. Delays look up recorded histories by time, and an integration step
 //! ends wherever a delayed command changes.
 
+use crate::effects::{self, Gas};
 use crate::friction::{plasticity, sliding_force};
 use crate::physics::Physics;
 use std::collections::VecDeque;
@@ -221,19 +222,20 @@ impl Specimen {
             into_b = amount * self.orifice(ph.fill, supply, p_b);
             drawn = into_b;
         }
-        let across = ph.leak_cross * (p_a - p_b);
-        let q_a = into_a - across - ph.leak_a * (p_a - ph.atmosphere_pa);
-        let q_b = into_b + across - ph.leak_b * (p_b - ph.atmosphere_pa);
+        let mut into = [into_a, into_b];
+        effects::flow(&ph.present, &Gas { p_a, p_b, atmosphere: ph.atmosphere_pa }, &mut into);
+        let [q_a, q_b] = into;
         let temperature = ph.temperature_k + ph.outside.warming * now;
         let heat = ph.gas_constant * ph.exponent * temperature;
-        let chamber = |volume: f64, growth: f64, p: f64, q: f64| {
-            // A chamber at its least volume no longer feels the piston.
-            let growth = if volume > ph.least_volume { growth } else { 0.0 };
-            (heat * q - ph.exponent * p * ph.area * growth) / volume.max(ph.least_volume)
+        let chamber = |volume: f64, area: f64, growth: f64, p: f64, q: f64| {
+            // A chamber at its least volume, a part of what the piston sweeps, no longer feels the piston.
+            let least = 0.005 * area * (2.0 * ph.half_stroke);
+            let growth = if volume > least { growth } else { 0.0 };
+            (heat * q - ph.exponent * p * area * growth) / volume.max(least)
         };
         [
-            chamber(ph.volume_a + ph.area * self.y, self.v, p_a, q_a),
-            chamber(ph.volume_b - ph.area * self.y, -self.v, p_b, q_b),
+            chamber(ph.volume_a + ph.area_a * self.y, ph.area_a, self.v, p_a, q_a),
+            chamber(ph.volume_b - ph.area_b * self.y, ph.area_b, -self.v, p_b, q_b),
             if ph.droop > 0.0 { (self.source(now) - ph.droop * drawn - supply) / ph.droop_s } else { 0.0 },
         ]
     }
@@ -285,7 +287,10 @@ impl Specimen {
     /// Piston, bristle and a loose load for `h` seconds at constant pressures.
     fn mechanics(&mut self, h: f64, now: f64) {
         let limit = self.physics.half_stroke;
-        let push = self.physics.area * (self.p_a - self.p_b) - self.physics.force;
+        let ph = &self.physics;
+        // What one side has more of area also feels the atmosphere from outside.
+        let mut push = ph.area_b * (self.p_a - self.p_b) + (ph.area_a - ph.area_b) * (self.p_a - ph.atmosphere_pa);
+        effects::push(&ph.present, self.y, self.v, &mut push);
         let outward = self.y.signum();
         if self.y.abs() >= limit && self.v == 0.0 && (push - self.physics.sigma0 * self.z) * outward >= 0.0 {
             self.loose_load(h);
@@ -338,12 +343,10 @@ impl Specimen {
         let y = self.late_position();
         let bowed = y + ph.outside.bow * ph.half_stroke * (std::f64::consts::PI * y / ph.half_stroke).sin();
         let gain = 1.0 + ph.outside.pressure_gain;
-        Reading {
-            y_m: ph.y_scale * bowed,
-            p_a_pa: gain * self.sensed_a + ph.a_offset,
-            p_b_pa: gain * self.sensed_b + ph.b_offset,
-            p_sup_pa: self.supply,
-        }
+        let mut reading =
+            Reading { y_m: bowed, p_a_pa: gain * self.sensed_a, p_b_pa: gain * self.sensed_b, p_sup_pa: self.supply };
+        effects::show(&ph.present, &mut reading);
+        reading
     }
 
     fn late_position(&self) -> f64 {

@@ -1,16 +1,9 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
 use crate::constants;
-use crate::data::record::Record;
+use crate::data::record::{ChamberSignals, Record};
 use crate::data::split::Stretch;
-use plant_model::{MINIMUM_VOLUME_RATIO, Plant};
-
-/// Which chamber.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
-    A,
-    B,
-}
+use plant_model::{ChamberFlow, Plant, Side};
 
 /// What the motion's effect on a chamber's air depends on beside the log.
 #[derive(Clone, Copy, PartialEq)]
@@ -20,7 +13,8 @@ pub(crate) struct Geometry {
     area_m2: f64,
     smallest_m3: f64,
     position_delay_s: f64,
-    position_scale: f64,
+    /// The true position at three readings of the sensor: alike for sensors that are alike.
+    sensor_m: [f64; 3],
     exponent: f64,
     energy_j_per_kg: f64,
 }
@@ -28,14 +22,13 @@ pub(crate) struct Geometry {
 impl Geometry {
     pub(crate) fn of(plant: &Plant<f64>, side: Side) -> Self {
         let c = plant.coefficients();
-        let (volume_0_m3, area_m2) =
-            if side == Side::A { (c.volume_a0_m3, c.area_m2) } else { (c.volume_b0_m3, -c.area_m2) };
+        let (volume_0_m3, grows) = if side == Side::A { (c.volume_a0_m3, 1.0) } else { (c.volume_b0_m3, -1.0) };
         Self {
             volume_0_m3,
-            area_m2,
-            smallest_m3: MINIMUM_VOLUME_RATIO * c.area_m2 * 2.0 * c.half_stroke_m,
-            position_delay_s: c.position_delay_s,
-            position_scale: c.position_scale,
+            area_m2: grows * plant.area_m2(side),
+            smallest_m3: plant.minimum_volume_m3(side),
+            position_delay_s: plant.position_delay_s(),
+            sensor_m: [-0.5, 0.1, 0.5].map(|part| plant.true_position_m(part * c.half_stroke_m)),
             exponent: c.exponent,
             energy_j_per_kg: plant.energy_j_per_kg(),
         }
@@ -54,9 +47,9 @@ pub(crate) struct Compression {
 }
 
 /// The compression within some stretches, in order.
-pub(crate) fn compression(record: &Record, g: &Geometry, stretches: &[Stretch]) -> Compression {
+pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, stretches: &[Stretch]) -> Compression {
     let volume = |k: usize| {
-        let y = position(record, k, g.position_delay_s) / g.position_scale;
+        let y = plant.true_position_m(position(record, k, g.position_delay_s));
         (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3)
     };
     let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
@@ -101,32 +94,21 @@ pub(crate) fn innovations(
 ) -> Vec<f64> {
     let c = plant.coefficients();
     let is_a = side == Side::A;
-    let (measured, smooth, other) = if is_a {
-        (&record.p_a_pa, &record.p_a_smooth, &record.p_b_smooth)
-    } else {
-        (&record.p_b_pa, &record.p_b_smooth, &record.p_a_smooth)
-    };
-    let (offset, other_offset) = if is_a {
-        (c.pressure_a_offset_pa, c.pressure_b_offset_pa)
-    } else {
-        (c.pressure_b_offset_pa, c.pressure_a_offset_pa)
-    };
-    let weights = if is_a { &record.weight_a_per_pa } else { &record.weight_b_per_pa };
-    let leak = if is_a { c.leak_a } else { c.leak_b };
-    let quality = if is_a { &record.quality.pressure_a } else { &record.quality.pressure_b };
-    let sigma = quality.standard_deviation.max(constants::numerical_error_pa());
-    let lag = c.pressure_time_constant_s;
+    let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa } = record.chamber(side);
+    let beyond = if is_a { Side::B } else { Side::A };
+    let sigma = noise_pa.max(constants::numerical_error_pa());
+    let lag = c.added.pressure_lag.time_constant_s;
 
     let mut out = Vec::with_capacity(drive.compression.first_half.len());
     for stretch in stretches {
-        let mut p = smooth.value[stretch.start] - offset + lag * smooth.slope[stretch.start];
-        let mut sensed = smooth.value[stretch.start] - offset;
+        let mut p = plant.true_pressure_pa(side, smooth.value[stretch.start], smooth.slope[stretch.start]);
+        let mut sensed = plant.pressure_behind_lag_pa(side, smooth.value[stretch.start]);
         let mut settled = (record.t_s[stretch.start] + constants::chamber_settling_s()).max(record.valve_known_s);
         for k in stretch.range() {
             if weights[k] * sigma < constants::chamber_clear() {
                 settled = settled.max(record.t_s[k] + constants::chamber_settling_s());
             }
-            let error = measured[k] - (sensed + offset);
+            let error = measured[k] - plant.shown_pressure_pa(side, sensed);
             let stroke = out.len();
             out.push(if record.t_s[k] >= settled { error * weights[k] } else { f64::NAN });
             if k + 1 == stretch.end {
@@ -149,16 +131,12 @@ pub(crate) fn innovations(
             let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
             let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
-            let mut mass_flow = flow.mass_flow - leak * (p - c.atmosphere_pa);
-            let mut by_p = flow.by_chamber - leak;
-            if c.leak_cross != 0.0 && !other.value.is_empty() {
-                let beyond = other.value[k] + lag * other.slope[k] - other_offset;
-                mass_flow -= c.leak_cross * (p - beyond);
-                by_p -= c.leak_cross;
-            }
-            mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
+            let mut flow = ChamberFlow { mass_flow: flow.mass_flow, by_chamber: flow.by_chamber, by_other: 0.0 };
+            let p_beyond = other.value.get(k).map(|value| plant.true_pressure_pa(beyond, *value, other.slope[k]));
+            plant.add_flows(side, p, p_beyond, &mut flow);
+            flow.mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
             let factor = drive.compression.pa_s_per_kg[stroke];
-            p += factor * mass_flow / (1.0 - 0.5 * factor * by_p);
+            p += factor * flow.mass_flow / (1.0 - 0.5 * factor * flow.by_chamber);
             p = (p * drive.compression.second_half[stroke]).max(1.0e3);
             if lag > 1.0e-6 {
                 // The lag sees a pressure that changes linearly over the interval.

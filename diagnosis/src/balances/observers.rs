@@ -6,7 +6,7 @@ use super::{chamber, piston, supply, valve};
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
 use crate::data::split::Stretch;
-use plant_model::Plant;
+use plant_model::{Plant, Side};
 
 /// Which balances the log allows.
 pub(crate) fn judgeable(record: &Record) -> Channels {
@@ -48,21 +48,17 @@ pub(crate) fn innovations(
     if wanted & flows != 0 {
         let openings = signals.openings.of(valve::Path::of(plant), || valve::openings(record, plant));
         let supply = supply::pressures(record, plant, &openings);
-        for (channel, side) in [(Channel::PressureA, chamber::Side::A), (Channel::PressureB, chamber::Side::B)] {
+        for (channel, side) in [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)] {
             if wanted & channel.bit() != 0 {
                 let geometry = chamber::Geometry::of(plant, side);
                 let compression = signals
                     .compression
-                    .of((geometry, stretches.to_vec()), || chamber::compression(record, &geometry, stretches));
+                    .of((geometry, stretches.to_vec()), || chamber::compression(record, plant, &geometry, stretches));
                 let drive = chamber::Drive {
                     compression: &compression,
                     openings: &openings,
                     supply_pa: &supply.at_valve,
-                    added_kg_per_s: if side == chamber::Side::A {
-                        &added.flow_a_kg_per_s
-                    } else {
-                        &added.flow_b_kg_per_s
-                    },
+                    added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
                 };
                 out.channels[channel as usize] = chamber::innovations(record, plant, stretches, side, &drive);
             }

@@ -5,7 +5,7 @@ use crate::data::record::{Moment, Record};
 use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
 use plant_model::friction::Response;
-use plant_model::{Plant, State};
+use plant_model::{Plant, Side, State};
 
 /// Whether one of two velocities means rest and the other motion.
 fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
@@ -24,11 +24,12 @@ pub(crate) fn innovations(
     added_n: &[f64],
     stretches: &[Stretch],
 ) -> Vec<f64> {
-    let c = plant.coefficients();
     let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(constants::numerical_error_m());
     let omega = record.observer_rad_per_s;
     let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let timing = Timing::of(plant);
+    // Differences of readings are told from readings.
+    let zero = plant.true_position_m(0.0);
     let mut out = Vec::with_capacity(forces.p_a_pa.len());
     for stretch in stretches {
         let first = out.len();
@@ -38,7 +39,7 @@ pub(crate) fn innovations(
             } else {
                 timing.moment(record, stretch, k).map_or_else(|| added_n[k], |moment| moment.of(added_n))
             };
-            driving(plant, forces, first + k - stretch.start, added)
+            driving(plant, forces, first + k - stretch.start, [record.motion.value[k], record.motion.slope[k]], added)
         };
         let settled = record.t_s[stretch.start] + constants::piston_settling_s();
         let mut force = driving(stretch, stretch.start);
@@ -55,15 +56,17 @@ pub(crate) fn innovations(
                 }
                 continue;
             }
-            let error = record.y_m[k] - c.position_scale * piston.y;
+            let error = record.y_m[k] - plant.shown_position_m(piston.y);
+            // In the true position.
+            let behind = plant.true_position_m(error) - zero;
             out.push(if record.t_s[k] >= settled { error * inverse_sigma } else { f64::NAN });
             if k + 1 == stretch.end {
                 break;
             }
             let dt = record.interval_s(k);
             let w = omega * dt;
-            piston.y += error / c.position_scale * (core::f64::consts::SQRT_2 * w).min(0.5);
-            let measured_v = record.motion.slope[k] / c.position_scale;
+            piston.y += behind * (core::f64::consts::SQRT_2 * w).min(0.5);
+            let measured_v = plant.true_position_m(record.motion.slope[k]) - zero;
             if waits {
                 force = driving(stretch, k + 1);
                 waits = measured_v.abs() < 2.0 * at_rest;
@@ -74,7 +77,7 @@ pub(crate) fn innovations(
             }
             // Kicks of noise would shake resting bristles loose before their time.
             if piston.v.abs() > at_rest || measured_v.abs() > at_rest {
-                piston.v += error / c.position_scale * omega * w;
+                piston.v += behind * omega * w;
             }
             let next = driving(stretch, k + 1);
             if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(piston.v, measured_v, at_rest) {
@@ -121,7 +124,7 @@ pub(crate) struct Timing {
 impl Timing {
     pub(crate) fn of(plant: &Plant<f64>) -> Self {
         let c = plant.coefficients();
-        Self { pressure_lag_s: c.pressure_time_constant_s, position_delay_s: c.position_delay_s }
+        Self { pressure_lag_s: c.added.pressure_lag.time_constant_s, position_delay_s: plant.position_delay_s() }
     }
 
     /// Where to read what was true when the position was that of a sample: a late one is compared with late pressures.
@@ -163,12 +166,12 @@ pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) ->
 }
 
 /// What drives the piston at sample `k` of a stretch, which is number `place` of the forces.
-fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, added_n: f64) -> Driving {
-    let c = plant.coefficients();
-    let p_a_pa = forces.p_a_pa[place] - c.pressure_a_offset_pa;
-    let p_b_pa = forces.p_b_pa[place] - c.pressure_b_offset_pa;
+fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, [y_m, v_m_per_s]: [f64; 2], added_n: f64) -> Driving {
+    let p_a_pa = plant.pressure_behind_lag_pa(Side::A, forces.p_a_pa[place]);
+    let p_b_pa = plant.pressure_behind_lag_pa(Side::B, forces.p_b_pa[place]);
     let external = forces.external_n.get(place).copied().unwrap_or(0.0);
-    Driving { force_n: c.area_m2 * (p_a_pa - p_b_pa) - c.constant_force_n - added_n + external, p_a_pa, p_b_pa }
+    let force_n = plant.net_force_n(y_m, v_m_per_s, p_a_pa, p_b_pa) - added_n + external;
+    Driving { force_n, p_a_pa, p_b_pa }
 }
 
 /// Position, velocity and bristle deflection.
@@ -182,8 +185,8 @@ impl Piston {
     /// The state at a sample to start from: moving pistons have their bristles fully bent, resting ones hold the force.
     fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
         let c = plant.coefficients();
-        let v = record.motion.slope[k] / c.position_scale;
-        let y = record.motion.value[k] / c.position_scale;
+        let v = plant.true_position_m(record.motion.slope[k]) - plant.true_position_m(0.0);
+        let y = plant.true_position_m(record.motion.value[k]);
         let state = State { y_m: y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
         let limit = plant.friction_level(&state).force_n / c.stiffness;
         let doubtful = constants::rest_sigmas() * record.velocity_error_m_per_s();

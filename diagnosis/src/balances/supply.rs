@@ -1,10 +1,9 @@
 //! The supply pressure at the valve: as measured, else nominal, else drooping with the flow drawn.
 
 use crate::data::record::Record;
-use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
 use crate::data::split::{interrupted, samples};
-use plant_model::Plant;
+use plant_model::{Plant, Side};
 
 /// Supply pressure by sample, Pa absolute.
 pub(crate) struct SupplyPressure {
@@ -18,12 +17,10 @@ pub(crate) struct SupplyPressure {
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
-    let lag = c.pressure_time_constant_s;
-    let truly =
-        |sensed: &Smoothed, offset: f64, k: usize| Some(sensed.value.get(k)? + lag * sensed.slope.get(k)? - offset);
+    let droop = c.added.supply_droop;
     let measured = record.available.supply;
     let mut predicted = vec![c.supply_pa; n];
-    if c.droop_pa_s_per_kg > 0.0 {
+    if droop.droop_pa_s_per_kg > 0.0 {
         let mut p = c.supply_pa;
         for k in 0..n {
             // What happened before the log, or while it was interrupted, shows in what was measured then.
@@ -32,20 +29,17 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
                 p = *sensed;
             }
             predicted[k] = p;
-            let fills_a = openings[k] >= 0.0;
-            let chamber = if fills_a {
-                truly(&record.p_a_smooth, c.pressure_a_offset_pa, k)
-            } else {
-                truly(&record.p_b_smooth, c.pressure_b_offset_pa, k)
-            };
+            let filled = if openings[k] >= 0.0 { Side::A } else { Side::B };
+            let smooth = record.chamber(filled).smooth;
+            let chamber = smooth.value.get(k).map(|value| plant.true_pressure_pa(filled, *value, smooth.slope[k]));
             let drawn = match chamber {
                 Some(chamber) => {
                     plant.orifices().inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
                 }
                 None => 0.0,
             };
-            let settled = c.supply_pa - c.droop_pa_s_per_kg * drawn;
-            p = settled + (p - settled) * (-record.interval_s(k) / c.droop_time_constant_s).exp();
+            let settled = droop.settled_pa(c.supply_pa, drawn);
+            p = settled + (p - settled) * (-record.interval_s(k) / droop.time_constant_s).exp();
             p = p.max(c.atmosphere_pa);
         }
     }

@@ -95,7 +95,7 @@ fn gains(air: &Air<'_>, judgeable: Channels, out: &mut Vec<Term>) {
         };
         let force = |k: usize| {
             let push = |on: u8, p: &[f64]| if sensors & on != 0 { p[k] - c.atmosphere_pa } else { 0.0 };
-            c.area_m2 * (push(a, &record.p_a_smooth.value) - push(b, &record.p_b_smooth.value))
+            c.area_b_m2 * (push(a, &record.p_a_smooth.value) - push(b, &record.p_b_smooth.value))
         };
         let felt = judgeable & Channel::Position.bit() != 0;
         out.push(Term {
@@ -188,7 +188,7 @@ fn flows(air: &Air<'_>, chambers: Channels, out: &mut Vec<Term>) {
     // Mass flow that a change of volume at speed v would stand for.
     let swept = |is_a: bool, k: usize| -> f64 {
         let side = if is_a { -1.0 } else { 1.0 };
-        side * c.exponent * air.pressure_pa(is_a, k) * c.area_m2 * record.motion.slope[k] / plant.energy_j_per_kg()
+        side * c.exponent * air.pressure_pa(is_a, k) * c.area_b_m2 * record.motion.slope[k] / plant.energy_j_per_kg()
     };
     let y = |k: usize| record.y_smooth.value[k] / c.half_stroke_m;
     let t = from_start_to_end(record);

@@ -21,9 +21,9 @@ impl Path {
         Self {
             dead_zone: c.dead_zone,
             max_voltage_v: c.max_voltage_v,
-            line_delay_s: c.line_delay_s,
-            play_half_width_v: c.play_half_width_v,
-            spool_time_constant_s: c.spool_time_constant_s,
+            line_delay_s: plant.line_delay_s(),
+            play_half_width_v: c.added.valve_hysteresis.half_width_v,
+            spool_time_constant_s: c.added.valve_lag.time_constant_s,
         }
     }
 }
@@ -40,7 +40,8 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // A log is taken to begin with the valve at mid, see `Record::valve_known_s`.
-    let (mut played, mut spool) = (0.0f64.clamp(first - c.play_half_width_v, first + c.play_half_width_v), 0.0);
+    let (hysteresis, lag, delay_s) = (c.added.valve_hysteresis, c.added.valve_lag, plant.line_delay_s());
+    let (mut played, mut spool) = (hysteresis.play(0.0, first), 0.0);
     let mut source = 0;
     let mut last = (f64::NAN, 0.0);
     for k in 0..u.len() {
@@ -48,18 +49,17 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
         let mut at = from;
         let mut sum = 0.0;
         loop {
-            while source + 1 < u.len() && t[source + 1] + c.line_delay_s <= at + 1.0e-9 {
+            while source + 1 < u.len() && t[source + 1] + delay_s <= at + 1.0e-9 {
                 source += 1;
             }
-            let until = if source + 1 < u.len() { (t[source + 1] + c.line_delay_s).min(to) } else { to };
+            let until = if source + 1 < u.len() { (t[source + 1] + delay_s).min(to) } else { to };
             let duration = (until - at).max(0.0);
-            played = played.clamp(u[source] - c.play_half_width_v, u[source] + c.play_half_width_v);
+            played = hysteresis.play(played, u[source]);
             let target = clamp(played);
-            let mean = if c.spool_time_constant_s > 1.0e-6 {
-                let rest = (-duration / c.spool_time_constant_s).exp();
-                let share = if duration > 0.0 { c.spool_time_constant_s / duration * (1.0 - rest) } else { 1.0 };
-                let mean = target + (spool - target) * share;
-                spool = target + (spool - target) * rest;
+            let mean = if lag.time_constant_s > 1.0e-6 {
+                let rest = (-duration / lag.time_constant_s).exp();
+                let (mean, end) = lag.over(spool, target, duration, rest);
+                spool = end;
                 mean
             } else {
                 target

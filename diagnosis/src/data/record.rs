@@ -5,6 +5,7 @@ use super::smoothing::Smoothed;
 use super::split::Stretch;
 use crate::constants;
 use core::ops::Range;
+use plant_model::Side;
 
 /// A moment between two samples.
 #[derive(Clone, Copy)]
@@ -56,7 +57,42 @@ pub(crate) struct Record {
     pub(crate) quality: Quality,
 }
 
+/// What was measured of one chamber.
+#[derive(Clone, Copy)]
+pub(crate) struct ChamberSignals<'a> {
+    /// Pressure as logged, Pa.
+    pub(crate) p_pa: &'a [f64],
+    /// Smoothed.
+    pub(crate) smooth: &'a Smoothed,
+    /// Of the other chamber; empty if not measured.
+    pub(crate) other: &'a Smoothed,
+    /// One over the standard deviation of what a perfect prediction would miss, 1/Pa.
+    pub(crate) weight_per_pa: &'a [f64],
+    /// Standard deviation of the sensor's noise, Pa.
+    pub(crate) noise_pa: f64,
+}
+
 impl Record {
+    /// The signals of a chamber.
+    pub(crate) fn chamber(&self, side: Side) -> ChamberSignals<'_> {
+        match side {
+            Side::A => ChamberSignals {
+                p_pa: &self.p_a_pa,
+                smooth: &self.p_a_smooth,
+                other: &self.p_b_smooth,
+                weight_per_pa: &self.weight_a_per_pa,
+                noise_pa: self.quality.pressure_a.standard_deviation,
+            },
+            Side::B => ChamberSignals {
+                p_pa: &self.p_b_pa,
+                smooth: &self.p_b_smooth,
+                other: &self.p_a_smooth,
+                weight_per_pa: &self.weight_b_per_pa,
+                noise_pa: self.quality.pressure_b.standard_deviation,
+            },
+        }
+    }
+
     /// Number of usable samples.
     pub(crate) fn len(&self) -> usize {
         self.t_s.len()

@@ -4,9 +4,10 @@ use crate::balances::{supply, valve};
 use crate::constants;
 use crate::data::prepare;
 use crate::data::record::Record;
+use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
 use crate::outcome::{Gain, HoldOut, Overlay, PerChannel};
-use plant_model::{Inputs, Plant, Simulator, State, Stepper, Tolerance};
+use plant_model::{Inputs, Plant, Side, Simulator, State, Stepper, Tolerance};
 use rig_files::RigFile;
 
 /// Prediction horizon, s.
@@ -113,7 +114,8 @@ impl Commands<'_> {
     fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
         let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
         let c = plant.coefficients();
-        let first = if c.line_delay_s > 0.0 || c.play_half_width_v > 0.0 { 0 } else { self.until };
+        let remembers = plant.line_delay_s() > 0.0 || c.added.valve_hysteresis.half_width_v > 0.0;
+        let first = if remembers { 0 } else { self.until };
         for k in first..self.until {
             simulator.recall(self.record.u_v[k], self.record.interval_s(k));
         }
@@ -154,12 +156,13 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     let plant = &model.plant;
     let c = plant.coefficients();
     // A late signal shows later what was true then.
-    let then = record.moment(k, c.position_delay_s, 0..record.len());
-    let (y, v) = (then.of(&record.motion.value) / c.position_scale, then.of(&record.motion.slope) / c.position_scale);
-    let lag = c.pressure_time_constant_s;
-    let (sensed_a, sensed_b) =
-        (record.p_a_smooth.value[k] - c.pressure_a_offset_pa, record.p_b_smooth.value[k] - c.pressure_b_offset_pa);
-    let (p_a, p_b) = (sensed_a + lag * record.p_a_smooth.slope[k], sensed_b + lag * record.p_b_smooth.slope[k]);
+    let then = record.moment(k, plant.position_delay_s(), 0..record.len());
+    let y = plant.true_position_m(then.of(&record.motion.value));
+    let v = plant.true_position_m(then.of(&record.motion.slope)) - plant.true_position_m(0.0);
+    let sensed = |side, smooth: &Smoothed| plant.pressure_behind_lag_pa(side, smooth.value[k]);
+    let truly = |side, smooth: &Smoothed| plant.true_pressure_pa(side, smooth.value[k], smooth.slope[k]);
+    let (sensed_a, sensed_b) = (sensed(Side::A, &record.p_a_smooth), sensed(Side::B, &record.p_b_smooth));
+    let (p_a, p_b) = (truly(Side::A, &record.p_a_smooth), truly(Side::B, &record.p_b_smooth));
     let mut state = plant.state_at_rest(y, p_a, p_b);
     state.p_a_sensed_pa = sensed_a;
     state.p_b_sensed_pa = sensed_b;
@@ -170,7 +173,7 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
         state.v_m_per_s = v;
         state.z_m = limit * v.signum();
     } else {
-        let force = c.area_m2 * (p_a - p_b) - c.constant_force_n;
+        let force = plant.net_force_n(y, 0.0, p_a, p_b);
         state.z_m = (force / c.stiffness).clamp(-limit, limit);
     }
     state
@@ -181,7 +184,7 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
     Inputs {
         u_v: record.u_v[k],
         external_force_n: record.f_ext_n.get(k).copied().unwrap_or(0.0),
-        supply_pa: if c.droop_pa_s_per_kg > 0.0 { c.supply_pa } else { model.supply_pa[k] },
+        supply_pa: if c.added.supply_droop.droop_pa_s_per_kg > 0.0 { c.supply_pa } else { model.supply_pa[k] },
     }
 }
 
@@ -194,7 +197,6 @@ fn predict(
     start: usize,
     end: usize,
 ) -> Vec<[f64; 3]> {
-    let c = model.plant.coefficients();
     let mut simulator = history.then(&model.plant, measured_state(record, model, run_in));
     for k in run_in..start {
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
@@ -211,7 +213,8 @@ fn predict(
     for k in start..end {
         let m = simulator.measure();
         // A late position signal first shows what was there before the restart, which is what was measured.
-        let late = c.position_delay_s > 0.0 && record.t_s[k] - record.t_s[start] < c.position_delay_s;
+        let delay_s = model.plant.position_delay_s();
+        let late = delay_s > 0.0 && record.t_s[k] - record.t_s[start] < delay_s;
         out.push([if late { record.motion.value[k] } else { m.y_m }, m.p_a_pa, m.p_b_pa]);
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }

@@ -1,49 +1,187 @@
-//! Choked valve flow.
-//!
-//! Equation: `q = s C p_up psi(p_down/p_up) atan(2w), C = beta (p_sup - p_atm)/p_sup, psi = 1 up to b, sqrt(1 - ((r-b)/(1-b))^2) above`
-//!
-//! Signature: the flow error collapses on the pressure ratio p_down/p_up; a wrong coefficient does not
-//!
-//! Source: ISO 6358-1:2013
-
-use super::{Info, MAX_PARAMETERS, ParameterInfo};
+use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterInfo, typical_scale};
+use super::identification::{Against, Balance, Balances, Identification, Only, Picture, StartContext};
+use super::terms::Term;
 use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
+use crate::valve_flow::Flow;
+use core::fmt;
 
-pub(super) const INFO: Info = Info {
-    id: "choked-flow",
-    title: "Choked valve flow",
-    equation: "q = s C p_up psi(p_down/p_up) atan(2w), C = beta (p_sup - p_atm)/p_sup, psi = 1 up to b, sqrt(1 - ((r-b)/(1-b))^2) above",
-    signature: "the flow error collapses on the pressure ratio p_down/p_up; a wrong coefficient does not",
-    source: "ISO 6358-1:2013",
-    parameters: &[
-        ParameterInfo {
-            name: "critical_ratio",
-            key: "effects.choked-flow.critical_ratio",
-            min: 0.0,
-            max: 0.9,
-            typical: 0.3,
-            meaning: "critical pressure ratio b",
-        },
-        ParameterInfo {
-            name: "conductance_scale",
-            key: "effects.choked-flow.conductance_scale",
-            min: 0.05,
-            max: 10.0,
-            typical: 1.0,
-            meaning: "factor s on both conductances; 1 gives the linear law's flow at full pressure drop",
-        },
-    ],
-};
-
-pub(super) fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-    // A critical ratio below zero stands for the linear law: see `Coefficients::choked`.
-    [-R::ONE, R::ONE, R::ZERO]
+/// Coefficients of its term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<R> {
+    /// Critical ratio and conductance scale; absent for the linear law of the paper.
+    pub law: Option<(R, R)>,
 }
 
-pub(super) fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-    if values[0] >= R::ZERO {
-        model.choked = Some((values[0], values[1]));
+impl<R: Real> Term<R> for Terms<R> {
+    #[inline(always)]
+    fn is_present(&self) -> bool {
+        self.law.is_some()
+    }
+}
+
+impl<R: Real> Terms<R> {
+    /// The law on a valve of the conductances given, if it replaces the linear one.
+    pub(crate) fn on(&self, fill: R, exhaust: R, supply_pa: R, atmosphere_pa: R) -> Option<Iso6358<R>> {
+        self.law.map(|(critical_ratio, scale)| {
+            // With scale 1 the two laws agree at full pressure drop from supply to atmosphere.
+            let full = scale * (supply_pa - atmosphere_pa) / supply_pa;
+            Iso6358 { critical_ratio, fill: fill * full, exhaust: exhaust * full }
+        })
+    }
+}
+
+/// Parameters of the ISO 6358 law `q = C p_up psi(p_down / p_up)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iso6358<R> {
+    /// Critical pressure ratio `b`, 0 to below 1.
+    pub critical_ratio: R,
+    /// `C` of filling, kg/(s Pa) per rad of opening.
+    pub fill: R,
+    /// `C` of exhausting, kg/(s Pa) per rad of opening.
+    pub exhaust: R,
+}
+
+/// Above this pressure ratio the ISO law's infinite slope is replaced by a straight (laminar) line to zero flow.
+const LAMINAR_RATIO: f64 = 0.999;
+
+/// `psi(r)` of ISO 6358 and its derivative, laminar near `r = 1`.
+#[inline]
+#[must_use]
+pub fn psi<R: Real>(ratio: R, critical: R) -> (R, R) {
+    if ratio <= critical {
+        return (R::ONE, R::ZERO);
+    }
+    let span = R::ONE - critical;
+    let curve = |r: R| {
+        let s = (r - critical) / span;
+        let root = (R::ONE - s * s).at_least(R::ZERO).sqrt();
+        (root, s)
+    };
+    let laminar = R::of(LAMINAR_RATIO);
+    if ratio >= laminar {
+        let (root, _) = curve(laminar);
+        let slope = -root / (R::ONE - laminar);
+        return ((R::ONE - ratio).at_least(R::ZERO) * -slope, slope);
+    }
+    let (root, s) = curve(ratio);
+    (root, -s / (span * root))
+}
+
+/// Flow through one orifice from `up` to `down` by ISO 6358, positive that way, with derivatives by both.
+#[inline]
+fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
+    if down > up {
+        let (q, by_down, by_up) = iso_flow(conductance, critical, down, up);
+        return (-q, -by_up, -by_down);
+    }
+    let ratio = down / up;
+    let (value, slope) = psi(ratio, critical);
+    (conductance * up * value, conductance * (value - slope * ratio), conductance * slope)
+}
+
+impl<R: Real> Iso6358<R> {
+    pub(crate) fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+        if filling {
+            let (mass_flow, by_supply, by_chamber) = iso_flow(self.fill * magnitude, self.critical_ratio, supply, p);
+            Flow { mass_flow, by_chamber, by_supply }
+        } else {
+            let (out, by_chamber, _) = iso_flow(self.exhaust * magnitude, self.critical_ratio, p, atmosphere);
+            Flow { mass_flow: -out, by_chamber: -by_chamber, by_supply: R::ZERO }
+        }
+    }
+}
+
+/// A plainly visible change of the conductance.
+const VISIBLE_SCALE: f64 = 0.1;
+
+pub(super) struct ChokedFlow;
+
+impl Definition for ChokedFlow {
+    const INFO: &'static Info = &Info {
+        id: "choked-flow",
+        title: "Choked valve flow",
+        equation: "q = s C p_up psi(p_down/p_up) atan(2w), C = beta (p_sup - p_atm)/p_sup, psi = 1 up to b, sqrt(1 - ((r-b)/(1-b))^2) above",
+        signature: "the flow error collapses on the pressure ratio p_down/p_up; a wrong coefficient does not",
+        source: "ISO 6358-1:2013",
+        parameters: &[
+            ParameterInfo {
+                name: "critical_ratio",
+                key: "effects.choked-flow.critical_ratio",
+                min: 0.0,
+                max: 0.9,
+                typical: 0.3,
+                meaning: "critical pressure ratio b",
+            },
+            ParameterInfo {
+                name: "conductance_scale",
+                key: "effects.choked-flow.conductance_scale",
+                min: 0.05,
+                max: 10.0,
+                typical: 1.0,
+                meaning: "factor s on both conductances; 1 gives the linear law's flow at full pressure drop",
+            },
+        ],
+    };
+
+    const IDENTIFICATION: &'static Identification = &Identification {
+        starts_fitted: 2,
+        replaces_a_law: true,
+        ..Identification::on(
+            Balances::MASS,
+            &[
+                Picture::new(
+                    Balance::MassA,
+                    Against::PressureA,
+                    "A bent curve: the flow is not proportional to the pressure drop.",
+                )
+                .only(Only::Filling),
+                Picture::new(
+                    Balance::MassA,
+                    Against::PressureA,
+                    "A bent curve: the flow is not proportional to the pressure drop.",
+                )
+                .only(Only::Exhausting),
+            ],
+        )
+    };
+
+    fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
+        // A critical ratio below zero stands for the linear law.
+        [-R::ONE, R::ONE, R::ZERO]
+    }
+
+    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+        if values[0] >= R::ZERO {
+            model.added.choked_flow = Terms { law: Some((values[0], values[1])) };
+        }
+    }
+
+    fn scales(_rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        [typical_scale(Self::INFO.parameters[0].typical, neutral[0]), VISIBLE_SCALE, 1.0]
+    }
+
+    fn negligible(_context: &Negligible<'_>, _scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        // A choked valve is another law, not more or less of the nominal one.
+        [0.0; MAX_PARAMETERS]
+    }
+
+    fn starts(_context: &StartContext<'_>, begin: &mut dyn FnMut(&[f64])) {
+        // A sharp and a soft law: valves lie between.
+        begin(&[0.25, 1.0]);
+        begin(&[0.5, 0.9]);
+    }
+
+    fn visible(_neutral: &[f64; MAX_PARAMETERS], _scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        [0.3, 1.0, 0.0]
+    }
+
+    fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "The flow depends on the ratio of pressures, not on their difference, with a critical ratio of {:.2}",
+            values[0]
+        )
     }
 }

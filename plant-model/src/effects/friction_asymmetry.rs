@@ -1,36 +1,67 @@
-//! Friction depends on direction.
-//!
-//! Equation: `g := g (1 + a sign v)`
-//!
-//! Signature: friction is larger in one direction; equal to a constant force a F_c except around standstill
-//!
-//! Source: Armstrong-Helouvry et al. 1994; single-lip seals
-
-use super::{Info, MAX_PARAMETERS, ParameterInfo};
+use super::definition::{Definition, Info, MAX_PARAMETERS, NEGLIGIBLE_BIAS, Negligible, ParameterInfo};
+use super::identification::{Against, Balance, Balances, Identification, Only, Picture};
+use super::terms::{Seal, Sliding, Term};
 use crate::coefficients::Coefficients;
 use crate::real::Real;
-use crate::rig::Rig;
+use core::fmt;
 
-pub(super) const INFO: Info = Info {
-    id: "friction-asymmetry",
-    title: "Friction depends on direction",
-    equation: "g := g (1 + a sign v)",
-    signature: "friction is larger in one direction; equal to a constant force a F_c except around standstill",
-    source: "Armstrong-Helouvry et al. 1994; single-lip seals",
-    parameters: &[ParameterInfo {
-        name: "asymmetry",
-        key: "effects.friction-asymmetry.asymmetry",
-        min: -0.95,
-        max: 0.95,
-        typical: 0.25,
-        meaning: "relative asymmetry a",
-    }],
-};
-
-pub(super) fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-    [R::ZERO; MAX_PARAMETERS]
+/// Coefficients of its term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<R> {
+    /// Relative asymmetry.
+    pub asymmetry: R,
 }
 
-pub(super) fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-    model.asymmetry = values[0];
+impl<R: Real> Term<R> for Terms<R> {
+    #[inline(always)]
+    fn changes_sliding_force(&self) -> bool {
+        self.asymmetry != R::ZERO
+    }
+
+    #[inline(always)]
+    fn slide<const PARTIALS: bool>(&self, seal: &Seal<R>, sum: &mut Sliding<R>) {
+        sum.factor = sum.factor * (R::ONE + self.asymmetry * seal.v_m_per_s.sign());
+    }
+}
+
+pub(super) struct FrictionAsymmetry;
+
+impl Definition for FrictionAsymmetry {
+    const INFO: &'static Info = &Info {
+        id: "friction-asymmetry",
+        title: "Friction depends on direction",
+        equation: "g := g (1 + a sign v)",
+        signature: "friction is larger in one direction; equal to a constant force a F_c except around standstill",
+        source: "Armstrong-Helouvry et al. 1994; single-lip seals",
+        parameters: &[ParameterInfo {
+            name: "asymmetry",
+            key: "effects.friction-asymmetry.asymmetry",
+            min: -0.95,
+            max: 0.95,
+            typical: 0.25,
+            meaning: "relative asymmetry a",
+        }],
+    };
+
+    const IDENTIFICATION: &'static Identification = &Identification::on(
+        Balances::FORCE,
+        &[Picture::new(
+            Balance::Force,
+            Against::Velocity,
+            "The same sign in both directions of motion: a constant force, or friction that differs by direction.",
+        )
+        .only(Only::Sliding)],
+    );
+
+    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+        model.added.friction_asymmetry = Terms { asymmetry: values[0] };
+    }
+
+    fn negligible(_context: &Negligible<'_>, _scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        [NEGLIGIBLE_BIAS; MAX_PARAMETERS]
+    }
+
+    fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Friction is {:+.0} % larger towards chamber B and as much smaller the other way", values[0] * 100.0)
+    }
 }

@@ -1,36 +1,81 @@
-//! Leak of chamber A to atmosphere.
-//!
-//! Equation: `q = k (p - p_atm), out of the chamber`
-//!
-//! Signature: chamber A keeps losing mass while the valve is closed, in proportion to its gauge pressure; the other chamber gains nothing
-//!
-//! Source: laminar seal or fitting leak; Beater 2007
-
-use super::{Info, MAX_PARAMETERS, ParameterInfo};
+use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo, leak_scales};
+use super::identification::{Against, Balance, Balances, Identification, Only, Picture};
+use super::terms::{Chamber, ChamberFlow, Side, Term};
 use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
+use core::fmt;
 
-pub(super) const INFO: Info = Info {
-    id: "leak-chamber-a",
-    title: "Leak of chamber A to atmosphere",
-    equation: "q = k (p - p_atm), out of the chamber",
-    signature: "chamber A keeps losing mass while the valve is closed, in proportion to its gauge pressure; the other chamber gains nothing",
-    source: "laminar seal or fitting leak; Beater 2007",
-    parameters: &[ParameterInfo {
-        name: "conductance_kg_per_s_pa",
-        key: "effects.leak-chamber-a.conductance_kg_per_s_pa",
-        min: 0.0,
-        max: 1.0e-7,
-        typical: 3.0e-10,
-        meaning: "leak conductance k, kg/(s Pa)",
-    }],
-};
-
-pub(super) fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-    [R::ZERO; MAX_PARAMETERS]
+/// Coefficients of its term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<R> {
+    /// Leak conductance, kg/(s Pa).
+    pub conductance: R,
 }
 
-pub(super) fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-    model.leak_a = values[0];
+impl<R: Real> Term<R> for Terms<R> {
+    #[inline(always)]
+    fn is_present(&self) -> bool {
+        self.conductance != R::ZERO
+    }
+
+    #[inline(always)]
+    fn flow(&self, chamber: &Chamber<R>, sum: &mut ChamberFlow<R>) {
+        if chamber.side == Side::A {
+            sum.mass_flow = sum.mass_flow - self.conductance * (chamber.p_pa - chamber.atmosphere_pa);
+            sum.by_chamber = sum.by_chamber - self.conductance;
+        }
+    }
+}
+
+pub(super) struct LeakChamberA;
+
+impl Definition for LeakChamberA {
+    const INFO: &'static Info = &Info {
+        id: "leak-chamber-a",
+        title: "Leak of chamber A to atmosphere",
+        equation: "q = k (p - p_atm), out of the chamber",
+        signature: "chamber A keeps losing mass while the valve is closed, in proportion to its gauge pressure; the other chamber gains nothing",
+        source: "laminar seal or fitting leak; Beater 2007",
+        parameters: &[ParameterInfo {
+            name: "conductance_kg_per_s_pa",
+            key: "effects.leak-chamber-a.conductance_kg_per_s_pa",
+            min: 0.0,
+            max: 1.0e-7,
+            typical: 3.0e-10,
+            meaning: "leak conductance k, kg/(s Pa)",
+        }],
+    };
+
+    const IDENTIFICATION: &'static Identification = &Identification {
+        length_exponents: [-1, 0, 0],
+        ..Identification::on(
+            Balances::MASS_A,
+            &[
+                Picture::new(
+                    Balance::MassA,
+                    Against::PressureA,
+                    "Valve closed: a line through zero is a leak to atmosphere.",
+                )
+                .only(Only::ValveClosed),
+                Picture::new(Balance::MassB, Against::PressureB, "Chamber B for comparison.").only(Only::ValveClosed),
+            ],
+        )
+    };
+
+    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+        model.added.leak_chamber_a = Terms { conductance: values[0] };
+    }
+
+    fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        leak_scales(rig)
+    }
+
+    fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "Chamber A loses air to atmosphere even with the valve closed: {:.3} g/s at 1 bar gauge",
+            values[0] * 1e8
+        )
+    }
 }

@@ -1,36 +1,66 @@
-//! Delay in the command path.
-//!
-//! Equation: `the valve acts on u(t - tau)`
-//!
-//! Signature: flow follows the command late by the same time at every frequency
-//!
-//! Source: hose transport or driver latency
-
-use super::{Info, MAX_PARAMETERS, ParameterInfo};
+use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterInfo, negligible_time};
+use super::identification::{Against, Balance, Balances, Identification, Picture};
+use super::terms::Term;
 use crate::coefficients::Coefficients;
 use crate::real::Real;
-use crate::rig::Rig;
+use core::fmt;
 
-pub(super) const INFO: Info = Info {
-    id: "line-delay",
-    title: "Delay in the command path",
-    equation: "the valve acts on u(t - tau)",
-    signature: "flow follows the command late by the same time at every frequency",
-    source: "hose transport or driver latency",
-    parameters: &[ParameterInfo {
-        name: "delay_s",
-        key: "effects.line-delay.delay_s",
-        min: 0.0,
-        max: 0.1,
-        typical: 0.01,
-        meaning: "delay tau, s",
-    }],
-};
-
-pub(super) fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-    [R::ZERO; MAX_PARAMETERS]
+/// Coefficients of its term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<R> {
+    /// Delay of the command, s.
+    pub delay_s: R,
 }
 
-pub(super) fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-    model.line_delay_s = values[0];
+impl<R: Real> Term<R> for Terms<R> {}
+
+pub(super) struct LineDelay;
+
+impl Definition for LineDelay {
+    const INFO: &'static Info = &Info {
+        id: "line-delay",
+        title: "Delay in the command path",
+        equation: "the valve acts on u(t - tau)",
+        signature: "flow follows the command late by the same time at every frequency",
+        source: "hose transport or driver latency",
+        parameters: &[ParameterInfo {
+            name: "delay_s",
+            key: "effects.line-delay.delay_s",
+            min: 0.0,
+            max: 0.1,
+            typical: 0.01,
+            meaning: "delay tau, s",
+        }],
+    };
+
+    const IDENTIFICATION: &'static Identification = &Identification {
+        smooth_at_neutral: false,
+        ..Identification::on(
+            Balances::MASS,
+            &[
+                Picture::new(
+                    Balance::MassA,
+                    Against::CommandRate,
+                    "An error that follows the rate of the command is a valve that acts late.",
+                ),
+                Picture::new(
+                    Balance::MassB,
+                    Against::CommandRate,
+                    "An error that follows the rate of the command is a valve that acts late.",
+                ),
+            ],
+        )
+    };
+
+    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+        model.added.line_delay = Terms { delay_s: values[0] };
+    }
+
+    fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        negligible_time(context, scales)
+    }
+
+    fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "The valve acts {:.1} ms after its command, at every frequency", values[0] * 1e3)
+    }
 }

@@ -1,79 +1,72 @@
 //! What real rigs add to the paper's model: one file per physical effect.
 //!
-//! Every effect has an identifier (used in rig files, reports and tests), parameters with units and bounds, a neutral
-//! setting that gives back the paper's model bit for bit, and a signature: what betrays it in a log. Effects compose:
-//! `Effects::apply` folds them into the model's coefficients in the order of [`Effect::ALL`].
+//! A file holds everything about its effect: identifier (used in rig files, reports and tests), parameters with units and
+//! bounds, a neutral setting that gives back the paper's model bit for bit, what it changes in the equations or adds to
+//! them, and what its identification from a log needs. A line in [`for_each_effect!`](crate::for_each_effect) adds the
+//! file; everything else iterates. `docs/adding-an-effect.md` has the steps.
+//!
+//! Effects compose: `Effects::apply` folds them into the model's coefficients in the order of [`Effect::ALL`].
 
-mod choked_flow;
-mod constant_force;
-mod coulomb_friction;
-mod dead_volume;
-mod exhaust_coefficient;
-mod fill_coefficient;
-mod friction_asymmetry;
-mod friction_position;
-mod friction_pressure;
-mod heat_transfer;
-mod leak_chamber_a;
-mod leak_chamber_b;
-mod leak_cross_piston;
-mod line_delay;
-mod payload_mass;
-mod position_delay;
-mod position_scale;
-mod pressure_a_offset;
-mod pressure_b_offset;
-mod pressure_lag;
-mod static_friction;
-mod supply_droop;
-mod valve_dead_zone;
-mod valve_hysteresis;
-mod valve_lag;
-mod viscous_friction;
+mod definition;
+pub mod identification;
+pub(crate) mod terms;
 
 use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
+use crate::sensors::Measurement;
+use core::fmt;
+use definition::Definition;
+use identification::{
+    Confusion, Identification, Image, ImageContext, Imaged, Likeness, LogQuality, RECOMMENDED_EXPERIMENT, StartContext,
+};
+use terms::{Chamber, Seal, Sliding, Term};
 
-/// The most parameters one effect has.
-pub const MAX_PARAMETERS: usize = 3;
+pub use definition::{Info, MAX_PARAMETERS, Negligible, ParameterInfo};
+pub use terms::{ChamberFlow, Force, Side};
 
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterInfo {
-    /// Key in the rig file; carries the unit.
-    pub name: &'static str,
-    /// Qualified key for error messages, `effects.ID.NAME`.
-    pub key: &'static str,
-    /// Smallest accepted value.
-    pub min: f64,
-    /// Largest accepted value.
-    pub max: f64,
-    /// A size that is plainly visible on a rig like the paper's: the scale for searches and plots.
-    pub typical: f64,
-    /// One sentence.
-    pub meaning: &'static str,
-}
-
-/// The description of an effect: equation, signature, source.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Info {
-    /// Identifier in rig files, reports and tests.
-    pub id: &'static str,
-    /// What a technician would call it.
-    pub title: &'static str,
-    /// The equation it adds or changes.
-    pub equation: &'static str,
-    /// What betrays it in a log.
-    pub signature: &'static str,
-    /// Where the form of the equation comes from.
-    pub source: &'static str,
-    /// The parameters, in the order of the value slices.
-    pub parameters: &'static [ParameterInfo],
+/// The catalogue: hands `Name => file` of every effect to a macro, in the order in which effects are applied.
+///
+/// A crate that has something of its own to say about every effect passes a macro that declares `mod file;` and matches
+/// on `Effect::Name`: then a missing file is a compile error, and nothing has to be listed twice.
+#[macro_export]
+macro_rules! for_each_effect {
+    ($callback:ident) => {
+        $callback! {
+            ValveDeadZone => valve_dead_zone,
+            ValveLag => valve_lag,
+            ValveHysteresis => valve_hysteresis,
+            FillCoefficient => fill_coefficient,
+            ExhaustCoefficient => exhaust_coefficient,
+            ChokedFlow => choked_flow,
+            SupplyDroop => supply_droop,
+            LeakCrossPiston => leak_cross_piston,
+            LeakChamberA => leak_chamber_a,
+            LeakChamberB => leak_chamber_b,
+            LineDelay => line_delay,
+            DeadVolume => dead_volume,
+            HeatTransfer => heat_transfer,
+            PayloadMass => payload_mass,
+            ConstantForce => constant_force,
+            CoulombFriction => coulomb_friction,
+            ViscousFriction => viscous_friction,
+            StaticFriction => static_friction,
+            FrictionAsymmetry => friction_asymmetry,
+            FrictionPosition => friction_position,
+            FrictionPressure => friction_pressure,
+            PositionScale => position_scale,
+            PressureAOffset => pressure_a_offset,
+            PressureBOffset => pressure_b_offset,
+            PressureLag => pressure_lag,
+            PositionDelay => position_delay,
+        }
+    };
 }
 
 macro_rules! catalogue {
     ($($variant:ident => $module:ident),+ $(,)?) => {
+        $(pub(crate) mod $module;)+
+
         /// Every effect the model can take on.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Effect {
@@ -87,50 +80,132 @@ macro_rules! catalogue {
             /// Equation, signature, source and parameters.
             #[must_use]
             pub const fn info(self) -> &'static Info {
-                match self { $(Self::$variant => &$module::INFO),+ }
+                match self { $(Self::$variant => <$module::$variant as Definition>::INFO),+ }
+            }
+
+            /// What its identification from a log has to know.
+            #[must_use]
+            pub const fn identification(self) -> &'static Identification {
+                match self { $(Self::$variant => <$module::$variant as Definition>::IDENTIFICATION),+ }
             }
 
             /// The parameter values at which the effect vanishes on this rig.
             #[must_use]
             pub fn neutral<R: Real>(self, rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-                match self { $(Self::$variant => $module::neutral(rig)),+ }
+                match self { $(Self::$variant => $module::$variant::neutral(rig)),+ }
             }
 
             fn apply<R: Real>(self, values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-                match self { $(Self::$variant => $module::apply(values, model)),+ }
+                match self { $(Self::$variant => $module::$variant::apply(values, model)),+ }
+            }
+
+            /// A plainly visible change of each parameter from `neutral` on this rig: the unit of search steps, positive.
+            #[must_use]
+            pub fn scales(self, rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+                match self { $(Self::$variant => $module::$variant::scales(rig, neutral)),+ }
+            }
+
+            /// Deviations from `neutral` below which it is no cause, however sure it is, for a log of this quality; `scales`
+            /// as from [`Effect::scales`].
+            #[must_use]
+            pub fn negligible(
+                self,
+                rig: &Rig<f64>,
+                neutral: &[f64; MAX_PARAMETERS],
+                scales: &[f64; MAX_PARAMETERS],
+                log: &LogQuality,
+            ) -> [f64; MAX_PARAMETERS] {
+                let context = Negligible { rig, neutral, log };
+                match self { $(Self::$variant => $module::$variant::negligible(&context, scales)),+ }
+            }
+
+            /// Hands over the values from which a fit begins, one set after the other: as many as it has parameters, or
+            /// only the first, where the others stay at neutral.
+            pub fn starts(self, context: &StartContext<'_>, begin: &mut dyn FnMut(&[f64])) {
+                match self { $(Self::$variant => $module::$variant::starts(context, begin)),+ }
+            }
+
+            /// The values at which a log must answer for the effect to count as identifiable.
+            #[must_use]
+            pub fn visible(
+                self,
+                neutral: &[f64; MAX_PARAMETERS],
+                scales: &[f64; MAX_PARAMETERS],
+            ) -> [f64; MAX_PARAMETERS] {
+                match self { $(Self::$variant => $module::$variant::visible(neutral, scales)),+ }
+            }
+
+            fn write_evidence(self, values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                match self { $(Self::$variant => $module::$variant::evidence(values, f)),+ }
+            }
+        }
+
+        /// Coefficients of the terms that effects add to the paper's model, by the name of their file; the default adds
+        /// nothing.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Added<R> {
+            $(#[doc = concat!("Of `effects/", stringify!($module), ".rs`.")] pub $module: $module::Terms<R>,)+
+        }
+
+        impl<R: Real> Default for Added<R> {
+            fn default() -> Self {
+                Self { $($module: $module::Terms::default()),+ }
+            }
+        }
+
+        impl<R: Real> Added<R> {
+            #[inline]
+            pub(crate) fn is_present(&self) -> bool {
+                false $(|| self.$module.is_present())+
+            }
+
+            #[inline]
+            pub(crate) fn changes_sliding_force(&self) -> bool {
+                false $(|| self.$module.changes_sliding_force())+
+            }
+
+            #[inline(always)]
+            pub(crate) fn flow(&self, chamber: &Chamber<R>, sum: &mut ChamberFlow<R>) {
+                $(self.$module.flow(chamber, sum);)+
+            }
+
+            /// Whether any effect's force on the piston depends on position or velocity.
+            pub(crate) const FORCE_VARIES: bool = false $(|| <$module::Terms<R> as Term<R>>::FORCE_VARIES)+;
+
+            #[inline(always)]
+            pub(crate) fn force(&self, y_m: R, v_m_per_s: R, sum: &mut Force<R>) {
+                $(self.$module.force(y_m, v_m_per_s, sum);)+
+            }
+
+            #[inline(always)]
+            pub(crate) fn slide<const PARTIALS: bool>(&self, plain_n: R, seal: &Seal<R>) -> Sliding<R> {
+                let mut sum = Sliding::at(plain_n);
+                $(self.$module.slide::<PARTIALS>(seal, &mut sum);)+
+                sum
+            }
+
+            #[inline(always)]
+            pub(crate) fn sense(&self, mut shown: Measurement<R>) -> Measurement<R> {
+                $(self.$module.sense(&mut shown);)+
+                shown
+            }
+
+            #[inline]
+            pub(crate) fn true_pressure_pa(&self, side: Side, mut shown_pa: R) -> R {
+                $(shown_pa = self.$module.true_pressure_pa(side, shown_pa);)+
+                shown_pa
+            }
+
+            #[inline]
+            pub(crate) fn true_position_m(&self, mut shown_m: R) -> R {
+                $(shown_m = self.$module.true_position_m(shown_m);)+
+                shown_m
             }
         }
     };
 }
 
-catalogue! {
-    ValveDeadZone => valve_dead_zone,
-    ValveLag => valve_lag,
-    ValveHysteresis => valve_hysteresis,
-    FillCoefficient => fill_coefficient,
-    ExhaustCoefficient => exhaust_coefficient,
-    ChokedFlow => choked_flow,
-    SupplyDroop => supply_droop,
-    LeakCrossPiston => leak_cross_piston,
-    LeakChamberA => leak_chamber_a,
-    LeakChamberB => leak_chamber_b,
-    LineDelay => line_delay,
-    DeadVolume => dead_volume,
-    HeatTransfer => heat_transfer,
-    PayloadMass => payload_mass,
-    ConstantForce => constant_force,
-    CoulombFriction => coulomb_friction,
-    ViscousFriction => viscous_friction,
-    StaticFriction => static_friction,
-    FrictionAsymmetry => friction_asymmetry,
-    FrictionPosition => friction_position,
-    FrictionPressure => friction_pressure,
-    PositionScale => position_scale,
-    PressureAOffset => pressure_a_offset,
-    PressureBOffset => pressure_b_offset,
-    PressureLag => pressure_lag,
-    PositionDelay => position_delay,
-}
+for_each_effect!(catalogue);
 
 impl Effect {
     /// The identifier used in rig files, reports and tests.
@@ -151,14 +226,85 @@ impl Effect {
         self.info().parameters.len()
     }
 
+    /// The finding in one clause that names a quantity a technician can check, without a full stop. Missing values count as
+    /// zero.
+    #[must_use]
+    pub fn evidence(self, values: &[f64]) -> Evidence {
+        let mut all = [0.0; MAX_PARAMETERS];
+        for (to, from) in all.iter_mut().zip(values) {
+            *to = *from;
+        }
+        Evidence { effect: self, values: all }
+    }
+
+    /// What is stated about this effect and another being alike, whichever of the two files states it.
+    #[must_use]
+    pub fn confusion_with(self, other: Self) -> Option<&'static Confusion> {
+        let stated = |one: Self, other: Self| {
+            one.identification().confused_with.iter().find(|confusion| confusion.with == other)
+        };
+        stated(self, other).or_else(|| stated(other, self))
+    }
+
+    /// Every effect that is like this one.
+    pub fn confused_with(self) -> impl Iterator<Item = (Self, &'static Confusion)> {
+        Self::ALL.into_iter().filter_map(move |other| Some((other, self.confusion_with(other)?)))
+    }
+
+    /// The effects that no log of these sensors tells from this one.
+    pub fn structural_ties(self) -> impl Iterator<Item = Self> {
+        self.confused_with()
+            .filter(|(_, confusion)| matches!(confusion.kind, Likeness::Structural))
+            .map(|(other, _)| other)
+    }
+
+    /// The effect that does nearly the same at a value that can be computed, beside those that are `present`.
+    #[must_use]
+    pub fn image_among(self, present: &[Self]) -> Option<Self> {
+        let alike = |(other, confusion): (Self, &Confusion)| match confusion.kind {
+            Likeness::Image(Image { beside, .. }) => {
+                beside.is_none_or(|companion| present.contains(&companion)).then_some(other)
+            }
+            Likeness::Near | Likeness::Structural => None,
+        };
+        self.confused_with().find_map(alike)
+    }
+
+    /// This effect as another that is its image. `None` where the log does not say enough, or where it has no such image.
+    #[must_use]
+    pub fn as_image(self, other: Self, context: &ImageContext<'_>) -> Option<Imaged> {
+        let confusion = self.confusion_with(other)?;
+        let Likeness::Image(image) = confusion.kind else { return None };
+        if confusion.with == other { (image.forward)(context) } else { (image.backward)(context) }
+    }
+
+    /// The recording that would tell two effects apart, or make an effect visible.
+    #[must_use]
+    pub fn experiment_against(self, other: Self) -> &'static str {
+        self.confusion_with(other).and_then(|confusion| confusion.experiment).unwrap_or(RECOMMENDED_EXPERIMENT)
+    }
+
     const fn index(self) -> usize {
         self as usize
     }
 }
 
-impl core::fmt::Display for Effect {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.id())
+    }
+}
+
+/// See [`Effect::evidence`].
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence {
+    effect: Effect,
+    values: [f64; MAX_PARAMETERS],
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.effect.write_evidence(&self.values, f)
     }
 }
 

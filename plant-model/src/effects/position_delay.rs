@@ -1,36 +1,60 @@
-//! Position signal late against the pressures.
-//!
-//! Equation: `measured y(t) = y(t - tau)`
-//!
-//! Signature: compression by motion shows in the pressures before the measured motion
-//!
-//! Source: bus or encoder interface latency
-
-use super::{Info, MAX_PARAMETERS, ParameterInfo};
+use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterInfo, negligible_time};
+use super::identification::{Against, Balance, Balances, Identification, Needs, Picture};
+use super::terms::Term;
 use crate::coefficients::Coefficients;
 use crate::real::Real;
-use crate::rig::Rig;
+use core::fmt;
 
-pub(super) const INFO: Info = Info {
-    id: "position-delay",
-    title: "Position signal late against the pressures",
-    equation: "measured y(t) = y(t - tau)",
-    signature: "compression by motion shows in the pressures before the measured motion",
-    source: "bus or encoder interface latency",
-    parameters: &[ParameterInfo {
-        name: "delay_s",
-        key: "effects.position-delay.delay_s",
-        min: 0.0,
-        max: 0.1,
-        typical: 0.01,
-        meaning: "delay tau, s",
-    }],
-};
-
-pub(super) fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-    [R::ZERO; MAX_PARAMETERS]
+/// Coefficients of its term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<R> {
+    /// Delay of the position signal, s.
+    pub delay_s: R,
 }
 
-pub(super) fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-    model.position_delay_s = values[0];
+impl<R: Real> Term<R> for Terms<R> {}
+
+pub(super) struct PositionDelay;
+
+impl Definition for PositionDelay {
+    const INFO: &'static Info = &Info {
+        id: "position-delay",
+        title: "Position signal late against the pressures",
+        equation: "measured y(t) = y(t - tau)",
+        signature: "compression by motion shows in the pressures before the measured motion",
+        source: "bus or encoder interface latency",
+        parameters: &[ParameterInfo {
+            name: "delay_s",
+            key: "effects.position-delay.delay_s",
+            min: 0.0,
+            max: 0.1,
+            typical: 0.01,
+            meaning: "delay tau, s",
+        }],
+    };
+
+    const IDENTIFICATION: &'static Identification = &Identification {
+        needs: Needs::AnyPressure,
+        smooth_at_neutral: false,
+        ..Identification::on(
+            Balances::MASS.and(Balances::FORCE),
+            &[Picture::new(
+                Balance::Force,
+                Against::Acceleration,
+                "Motion that shows later than the force that makes it.",
+            )],
+        )
+    };
+
+    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+        model.added.position_delay = Terms { delay_s: values[0] };
+    }
+
+    fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
+        negligible_time(context, scales)
+    }
+
+    fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "The position signal comes {:.1} ms after the pressures", values[0] * 1e3)
+    }
 }

@@ -1,36 +1,87 @@
-//! Pressure sensor A offset.
-//!
-//! Equation: `measured p_a = p_a + b`
-//!
-//! Signature: a constant force and, at once, a constant error of p_a in the flow law; gravity is only the first
-//!
-//! Source: calibration or ageing of the pressure sensor
-
-use super::{Info, MAX_PARAMETERS, ParameterInfo};
+use super::Effect;
+use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
+use super::identification::{
+    Against, Balance, Balances, Confusion, Identification, Image, ImageContext, Imaged, Likeness, Picture,
+};
+use super::terms::{Side, Term};
 use crate::coefficients::Coefficients;
 use crate::real::Real;
-use crate::rig::Rig;
+use crate::sensors::Measurement;
+use core::fmt;
 
-pub(super) const INFO: Info = Info {
-    id: "pressure-a-offset",
-    title: "Pressure sensor A offset",
-    equation: "measured p_a = p_a + b",
-    signature: "a constant force and, at once, a constant error of p_a in the flow law; gravity is only the first",
-    source: "calibration or ageing of the pressure sensor",
-    parameters: &[ParameterInfo {
-        name: "offset_pa",
-        key: "effects.pressure-a-offset.offset_pa",
-        min: -2.0e5,
-        max: 2.0e5,
-        typical: 1.5e4,
-        meaning: "offset b, Pa",
-    }],
-};
-
-pub(super) fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
-    [R::ZERO; MAX_PARAMETERS]
+/// Coefficients of its term.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Terms<R> {
+    /// Offset of the sensor, Pa.
+    pub offset_pa: R,
 }
 
-pub(super) fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-    model.pressure_a_offset_pa = values[0];
+impl<R: Real> Term<R> for Terms<R> {
+    #[inline(always)]
+    fn sense(&self, shown: &mut Measurement<R>) {
+        shown.p_a_pa += self.offset_pa;
+    }
+
+    #[inline(always)]
+    fn true_pressure_pa(&self, side: Side, shown_pa: R) -> R {
+        if side == Side::A { shown_pa - self.offset_pa } else { shown_pa }
+    }
+}
+
+/// The same force from the other sensor.
+fn on_the_other_side(context: &ImageContext<'_>) -> Option<Imaged> {
+    Some(Imaged::at(context.image_neutral - context.away))
+}
+
+pub(super) struct PressureAOffset;
+
+impl Definition for PressureAOffset {
+    const INFO: &'static Info = &Info {
+        id: "pressure-a-offset",
+        title: "Pressure sensor A offset",
+        equation: "measured p_a = p_a + b",
+        signature: "a constant force and, at once, a constant error of p_a in the flow law; gravity is only the first",
+        source: "calibration or ageing of the pressure sensor",
+        parameters: &[ParameterInfo {
+            name: "offset_pa",
+            key: "effects.pressure-a-offset.offset_pa",
+            min: -2.0e5,
+            max: 2.0e5,
+            typical: 1.5e4,
+            meaning: "offset b, Pa",
+        }],
+    };
+
+    const IDENTIFICATION: &'static Identification = &Identification {
+        confused_with: &[Confusion {
+            with: Effect::PressureBOffset,
+            // Mechanics see the difference of the pressures, and the air of one chamber or the other must be a few percent
+            // off.
+            kind: Likeness::Image(Image { beside: None, forward: on_the_other_side, backward: on_the_other_side }),
+            experiment: None,
+        }],
+        ..Identification::on(
+            Balances::MASS_A.and(Balances::FORCE),
+            &[
+                Picture::new(
+                    Balance::MassA,
+                    Against::Command,
+                    "The flow does not fit the pressure read, most at large openings.",
+                ),
+                Picture::new(
+                    Balance::Force,
+                    Against::Velocity,
+                    "The force does not fit either, alike in both directions.",
+                ),
+            ],
+        )
+    };
+
+    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+        model.added.pressure_a_offset = Terms { offset_pa: values[0] };
+    }
+
+    fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Pressure sensor A reads {:+.3} bar off, in the flow law and in the force alike", values[0] * 1e-5)
+    }
 }

@@ -13,7 +13,5 @@ pub use json::JsonError;
 pub use plan::{Class, Nominal, Plan, PlanError, plans};
 pub use report::{case_lines, markdown};
 pub use run::{Diagnose, Entry, run, run_one};
-pub use score::{
-    Answer, Estimate, Holdout, LARGEST_TIE, Named, Outcome, ParameterScore, STRUCTURAL_TIES, Score, score,
-};
+pub use score::{Answer, Estimate, Holdout, LARGEST_TIE, Named, Outcome, ParameterScore, Score, score};
 pub use tally::{Rate, Tally};

@@ -187,9 +187,8 @@ impl Plan {
         loop {
             let set: Vec<Which> = pool.sample(rng, count).copied().collect();
             // Both of a structural tie at once have no right answer.
-            let muddled = crate::blind::STRUCTURAL_TIES
-                .iter()
-                .any(|pair| pair.iter().all(|effect| set.contains(&Which::Catalogue(*effect))));
+            let tied = |effect: Effect| effect.structural_ties().any(|other| set.contains(&Which::Catalogue(other)));
+            let muddled = set.iter().any(|which| matches!(which, Which::Catalogue(effect) if tied(*effect)));
             if !muddled {
                 return set;
             }

@@ -113,9 +113,6 @@ impl Outcome {
 /// More candidates than this, the named one included, and a tie no longer says anything: nothing was named.
 pub const LARGEST_TIE: usize = 5;
 
-/// Pairs that no log of these sensors can tell apart (`g (1 + a sign v) sign v = g sign v + a g`): a tie must be declared.
-pub const STRUCTURAL_TIES: [[Effect; 2]; 1] = [[Effect::ConstantForce, Effect::FrictionAsymmetry]];
-
 /// One parameter compared with the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterScore {
@@ -245,33 +242,16 @@ fn matching(covers: &[Vec<bool>]) -> usize {
 
 fn structural_tie(hidden: &[Cause], answer: &Answer) -> Option<bool> {
     let mut declared = None;
-    for pair in STRUCTURAL_TIES {
-        if !hidden.iter().filter_map(Cause::effect).any(|effect| pair.contains(&effect)) {
-            continue;
-        }
-        let [one, other] = pair.map(Effect::id);
-        for named in &answer.causes {
-            let missing = if named.id == one {
-                other
-            } else if named.id == other {
-                one
-            } else {
-                continue;
-            };
-            declared = Some(declared.unwrap_or(true) && named.ties.iter().any(|tie| tie == missing));
+    for named in &answer.causes {
+        let Some(effect) = Effect::from_id(&named.id) else { continue };
+        for other in effect.structural_ties() {
+            // Where neither is hidden, the name is wrong and the tie beside the point.
+            if hidden.iter().filter_map(Cause::effect).any(|hidden| hidden == effect || hidden == other) {
+                declared = Some(declared.unwrap_or(true) && named.ties.iter().any(|tie| tie == other.id()));
+            }
         }
     }
     declared
-}
-
-/// The nominal value whose calibration multiplies a parameter that is itself a factor on it.
-fn calibrated_by(effect: Effect) -> Option<&'static str> {
-    match effect {
-        Effect::FillCoefficient => Some("valve.fill_coefficient_kg_per_s_pa"),
-        Effect::ExhaustCoefficient => Some("valve.exhaust_coefficient_kg_per_s_pa"),
-        Effect::CoulombFriction => Some("friction.coulomb_n"),
-        _ => None,
-    }
 }
 
 fn parameters(hidden: &[Cause], answer: &Answer) -> Vec<ParameterScore> {
@@ -279,15 +259,18 @@ fn parameters(hidden: &[Cause], answer: &Answer) -> Vec<ParameterScore> {
     for cause in hidden {
         let Cause::Catalogue(effect, values) = cause else { continue };
         let Some(named) = answer.causes.iter().find(|named| named.id == effect.id()) else { continue };
-        for (info, &truth) in effect.info().parameters.iter().zip(values) {
-            // The ripple's parameters mean nothing without a ripple, and the slope's nothing without a slope.
-            let idle =
-                *effect == Effect::FrictionPosition && (truth == 0.0 || info.name != "slope" && values[1] == 0.0);
-            if idle {
+        for (place, (info, &truth)) in effect.info().parameters.iter().zip(values).enumerate() {
+            // The parameters of a part that is absent mean nothing.
+            let absent =
+                |part: &&[usize]| part.contains(&place) && part.iter().take(1).all(|first| values[*first] == 0.0);
+            if effect.identification().parts.iter().any(absent) {
                 continue;
             }
             let Some(estimate) = named.parameters.iter().find(|estimate| estimate.name == info.name) else { continue };
-            let factor = calibrated_by(*effect)
+            let factor = effect
+                .identification()
+                .stands_for
+                .inherits_tolerance_of()
                 .and_then(|key| answer.calibration.iter().find(|(name, _)| name == key))
                 .map_or(1.0, |(_, ratio)| *ratio);
             let (value, std_error) = (estimate.value * factor, estimate.std_error * factor);

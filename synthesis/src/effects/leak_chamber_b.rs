@@ -1,0 +1,13 @@
+use super::{Everyday, Gas, REFERENCE_VOLUME_M3, Twin};
+
+pub(super) struct LeakChamberB;
+
+impl Twin for LeakChamberB {
+    fn draw(at: &mut Everyday<'_>) -> [f64; 3] {
+        [at.scale * at.between(1e-10, 5e-10) * at.chamber_m3() / REFERENCE_VOLUME_M3, 0.0, 0.0]
+    }
+
+    fn flow(p: &[f64; 3], gas: &Gas, into: &mut [f64; 2]) {
+        into[1] -= p[0] * (gas.p_b - gas.atmosphere);
+    }
+}

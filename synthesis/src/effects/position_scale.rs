@@ -1,0 +1,14 @@
+use super::{Everyday, Twin};
+use crate::specimen::Reading;
+
+pub(super) struct PositionScale;
+
+impl Twin for PositionScale {
+    fn draw(at: &mut Everyday<'_>) -> [f64; 3] {
+        [at.factor(0.03, 0.08), 0.0, 0.0]
+    }
+
+    fn show(p: &[f64; 3], reading: &mut Reading) {
+        reading.y_m *= p[0];
+    }
+}
