@@ -44,7 +44,7 @@ pub struct SetupMessage {
     /// The rig the monitor knows.
     pub rig: [f32; 24],
     /// Its effects: index in the catalogue, values.
-    pub effects: heapless::Vec<(u8, [f32; 3]), 26>,
+    pub effects: heapless::Vec<(u8, [f32; 3]), { Effect::ALL.len() }>,
     /// Ticks between a code and its effect.
     pub output_delay_ticks: u8,
     /// Already armed, or booting.
@@ -117,7 +117,7 @@ fn rig_of(numbers: &[f32; 24]) -> Rig<f32> {
 
 /// Effects as a list of numbers.
 #[must_use]
-pub fn effect_numbers(effects: &Effects<f32>) -> heapless::Vec<(u8, [f32; 3]), 26> {
+pub fn effect_numbers(effects: &Effects<f32>) -> heapless::Vec<(u8, [f32; 3]), { Effect::ALL.len() }> {
     effects
         .iter()
         .map(|(effect, values)| {

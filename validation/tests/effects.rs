@@ -24,7 +24,8 @@ fn whole_ticks(delay_s: f64) -> usize {
 }
 
 impl Meaning {
-    fn apply(&mut self, effect: Effect, p: &[f64]) {
+    /// `false` where the reference equations do not know the effect.
+    fn apply(&mut self, effect: Effect, p: &[f64]) -> bool {
         let r = &mut self.reference;
         match effect {
             Effect::ValveDeadZone => (r.z_md, r.z_me) = (p[0], p[1]),
@@ -64,7 +65,10 @@ impl Meaning {
             Effect::PressureBOffset => self.offset_b = p[0],
             Effect::PressureLag => r.tau_pressure = p[0],
             Effect::PositionDelay => self.position_delay_ticks = whole_ticks(p[0]),
+            #[allow(unreachable_patterns, reason = "whoever adds an effect need not teach it to the reference too")]
+            _ => return false,
         }
+        true
     }
 
     fn measured(&self, start: [f64; NUMBER_OF_STATES]) -> Vec<Measurement<f64>> {
@@ -86,8 +90,14 @@ impl Meaning {
     }
 }
 
-/// The effects, at typical strength, on one of the paper's rigs.
-fn distance(name: &str, effects: &[Effect], rig: &Rig<f64>, reference: &Reference, input: OpenLoop) -> (f64, f64) {
+/// The effects, at typical strength, on one of the paper's rigs; `None` where the reference does not know them.
+fn distance(
+    name: &str,
+    effects: &[Effect],
+    rig: &Rig<f64>,
+    reference: &Reference,
+    input: OpenLoop,
+) -> Option<(f64, f64)> {
     let mut set = Effects::none();
     let mut meaning = Meaning {
         reference: reference.clone(),
@@ -101,7 +111,10 @@ fn distance(name: &str, effects: &[Effect], rig: &Rig<f64>, reference: &Referenc
     for effect in effects {
         let values: Vec<f64> = effect.info().parameters.iter().map(|p| p.typical).collect();
         set.set(*effect, &values);
-        meaning.apply(*effect, &values);
+        if !meaning.apply(*effect, &values) {
+            println!("{effect}: only its twin in `synthesis` proves it, the reference equations do not know it");
+            return None;
+        }
     }
     // Both start from the unchanged rig's equilibrium pressure.
     let mut simulator = Simulator::<f64>::new(rig, &set).unwrap();
@@ -120,15 +133,18 @@ fn distance(name: &str, effects: &[Effect], rig: &Rig<f64>, reference: &Referenc
         "{name:28} {input:?}: y within {y:.1e} m, pressures within {p:.1e} Pa, {} steps",
         simulator.stepper().steps()
     );
-    (y, p)
+    Some((y, p))
 }
 
 #[test]
 fn every_effect_agrees_with_diffsol_within_10_pa_and_1_um_over_3_s_and_3_um_under_steps() {
     let mut missed = Vec::new();
+    let mut compared = 0;
     for effect in Effect::ALL {
         for input in OpenLoop::ALL {
-            let (y, p) = distance(effect.id(), &[effect], &Rig::paper_a(), &Reference::case_a(), input);
+            let found = distance(effect.id(), &[effect], &Rig::paper_a(), &Reference::case_a(), input);
+            let Some((y, p)) = found else { continue };
+            compared += 1;
             // Steps into stiction of twice the sliding force amplify any difference at the moment of breakaway.
             let limit_m = if input == OpenLoop::Steps { 3e-6 } else { 1e-6 };
             if y > limit_m || p > 10.0 {
@@ -137,4 +153,5 @@ fn every_effect_agrees_with_diffsol_within_10_pa_and_1_um_over_3_s_and_3_um_unde
         }
     }
     assert!(missed.is_empty(), "{missed:#?}");
+    assert!(compared > 50, "no more than {compared} comparisons");
 }

@@ -6,7 +6,7 @@ use crate::metrics::StepMetrics;
 use crate::recording::Recording;
 use crate::{LoopError, LoopSettings};
 use control::Parameters;
-use plant_model::Effect;
+use plant_model::Plant;
 use report_html::{Marker, Page, Plot, Series, Table};
 use rig_files::RigFile;
 
@@ -41,21 +41,21 @@ pub struct Applied {
     pub after: Configured,
 }
 
-/// The controller's parameters for a rig with effects: the dead zone of the diagnosis where there is one.
-#[must_use]
-pub fn informed(rig: &RigFile) -> Parameters {
+/// The controller's parameters for a rig with effects: the dead zone is that of the valve with its effects.
+///
+/// # Errors
+/// The plant refuses a parameter.
+pub fn informed(rig: &RigFile) -> Result<Parameters, LoopError> {
     let mut parameters = controller::parameters(rig);
-    if let Some([right, left, ..]) = rig.effects.get(Effect::ValveDeadZone) {
-        // The model takes the break-points in either order; the controller does not.
-        (parameters.dead_zone_right_v, parameters.dead_zone_left_v) =
-            (right.max(*left) as f32, left.min(*right) as f32);
-    }
-    parameters
+    let plant = Plant::new(&rig.rig, &rig.effects)?;
+    let dead_zone = plant.dead_zone();
+    (parameters.dead_zone_right_v, parameters.dead_zone_left_v) = (dead_zone.right_v as f32, dead_zone.left_v as f32);
+    Ok(parameters)
 }
 
 /// The gain that settles best on a simulated rig: mass, friction and flow coefficients enter through it.
 fn tuned(rig: &RigFile, target_m: f64) -> Result<Parameters, LoopError> {
-    let base = informed(rig);
+    let base = informed(rig)?;
     let mut best = (f64::INFINITY, base.clone());
     for gain in GAINS {
         let parameters = Parameters { gain_v_per_m: gain, ..base.clone() };

@@ -3,6 +3,7 @@
 use crate::charts::{BAR, MM, scaled};
 use diagnosis::{Channel, Diagnosis, Model, Quantity, Residuals};
 use plant_model::Effect;
+use plant_model::effects::identification::{Against, Balance, Only, Picture, Split};
 use report_html::{Marker, Plot, Series};
 use rig_files::RigFile;
 
@@ -52,29 +53,33 @@ fn axis(against: Quantity, atmosphere_pa: f64) -> (&'static str, f64, f64) {
     }
 }
 
-/// Which samples count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Only {
-    All,
-    /// Inside the rig file's dead zone, or close to mid position.
-    ValveClosed,
-    /// Around the dead zone.
-    SmallCommand,
-    Filling,
-    Exhausting,
-    Sliding,
+/// The channel that a balance predicts.
+fn channel(balance: Balance) -> Channel {
+    match balance {
+        Balance::MassA => Channel::PressureA,
+        Balance::MassB => Channel::PressureB,
+        Balance::Force => Channel::Position,
+        Balance::Supply => Channel::Supply,
+    }
 }
 
-/// Two curves instead of one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Split {
-    No,
-    /// Command rising or falling.
-    Command,
-    /// Motion towards B or towards A.
-    Motion,
+/// The quantity of the log that the catalogue speaks of.
+fn quantity(against: Against) -> Quantity {
+    match against {
+        Against::Command => Quantity::Command,
+        Against::CommandRate => Quantity::CommandRate,
+        Against::Position => Quantity::Position,
+        Against::Velocity => Quantity::Velocity,
+        Against::Acceleration => Quantity::Acceleration,
+        Against::PressureA => Quantity::PressureA,
+        Against::PressureB => Quantity::PressureB,
+        Against::RateA => Quantity::RateA,
+        Against::Difference => Quantity::Difference,
+        Against::Sum => Quantity::Sum,
+    }
 }
 
+/// What is drawn of a balance's errors.
 #[derive(Clone, Copy, Debug)]
 struct View {
     of: Channel,
@@ -88,138 +93,10 @@ impl View {
     const fn new(of: Channel, against: Quantity, note: &'static str) -> Self {
         Self { of, against, only: Only::All, split: Split::No, note }
     }
-    const fn only(mut self, only: Only) -> Self {
-        self.only = only;
-        self
-    }
-    const fn split(mut self, split: Split) -> Self {
-        self.split = split;
-        self
-    }
-}
 
-/// The views that betray an effect.
-fn views(effect: Effect) -> Vec<View> {
-    use Channel as D;
-    use Effect as E;
-    use Quantity as X;
-    let both = |against, only, note| {
-        vec![View::new(D::PressureA, against, note).only(only), View::new(D::PressureB, against, note).only(only)]
-    };
-    match effect {
-        E::ValveDeadZone => both(
-            X::Command,
-            Only::SmallCommand,
-            "A step beside zero is a dead zone that opens elsewhere than the rig file says.",
-        ),
-        E::ValveHysteresis => {
-            let note = "Two separate curves, one for each direction of the command, are play in the valve.";
-            vec![
-                View::new(D::PressureA, X::Command, note).only(Only::SmallCommand).split(Split::Command),
-                View::new(D::PressureB, X::Command, note).only(Only::SmallCommand).split(Split::Command),
-            ]
-        }
-        E::ValveLag | E::LineDelay => {
-            both(X::CommandRate, Only::All, "An error that follows the rate of the command is a valve that acts late.")
-        }
-        E::FillCoefficient => vec![
-            View::new(D::PressureA, X::PressureA, "While A fills: an error that grows with the pressure drop.")
-                .only(Only::Filling),
-            View::new(D::PressureB, X::PressureB, "While B fills.").only(Only::Exhausting),
-        ],
-        E::ExhaustCoefficient => vec![
-            View::new(D::PressureA, X::PressureA, "While A exhausts: an error that grows with its pressure.")
-                .only(Only::Exhausting),
-            View::new(D::PressureB, X::PressureB, "While B exhausts.").only(Only::Filling),
-        ],
-        E::ChokedFlow => {
-            let note = "A bent curve: the flow is not proportional to the pressure drop.";
-            vec![
-                View::new(D::PressureA, X::PressureA, note).only(Only::Filling),
-                View::new(D::PressureA, X::PressureA, note).only(Only::Exhausting),
-            ]
-        }
-        E::SupplyDroop => vec![
-            View::new(D::Supply, X::Command, "The supply gives way when the valve opens, to either side."),
-            View::new(D::PressureA, X::Command, "Chambers fill less than they should at large commands."),
-        ],
-        E::LeakCrossPiston => both(
-            X::Difference,
-            Only::ValveClosed,
-            "Valve closed: a line through zero is air that crosses the piston; A loses what B gains.",
-        ),
-        E::LeakChamberA => vec![
-            View::new(D::PressureA, X::PressureA, "Valve closed: a line through zero is a leak to atmosphere.")
-                .only(Only::ValveClosed),
-            View::new(D::PressureB, X::PressureB, "Chamber B for comparison.").only(Only::ValveClosed),
-        ],
-        E::LeakChamberB => vec![
-            View::new(D::PressureB, X::PressureB, "Valve closed: a line through zero is a leak to atmosphere.")
-                .only(Only::ValveClosed),
-            View::new(D::PressureA, X::PressureA, "Chamber A for comparison.").only(Only::ValveClosed),
-        ],
-        E::DeadVolume | E::HeatTransfer => both(
-            X::Velocity,
-            Only::All,
-            "A pressure that reacts less to compression than it should: added volume, or heat exchanged with the walls.",
-        ),
-        E::PayloadMass => {
-            vec![View::new(D::Position, X::Acceleration, "A line through zero is a mass other than stated.")]
-        }
-        E::ConstantForce | E::FrictionAsymmetry => vec![
-            View::new(
-                D::Position,
-                X::Velocity,
-                "The same sign in both directions of motion: a constant force, or friction that differs by direction.",
-            )
-            .only(Only::Sliding),
-        ],
-        E::CoulombFriction => vec![View::new(
-            D::Position,
-            X::Velocity,
-            "A step at zero, equal at all speeds: sliding friction. Behind the prediction means more friction.",
-        )],
-        E::ViscousFriction => {
-            vec![View::new(D::Position, X::Velocity, "An error that grows with the speed: the viscous part.")]
-        }
-        E::StaticFriction => vec![View::new(
-            D::Position,
-            X::Velocity,
-            "Errors only near standstill: breaking away takes another force than sliding.",
-        )],
-        E::FrictionPosition => vec![
-            View::new(D::Position, X::Position, "Opposite errors in the two directions that change along the stroke.")
-                .only(Only::Sliding)
-                .split(Split::Motion),
-        ],
-        E::FrictionPressure => vec![
-            View::new(
-                D::Position,
-                X::Sum,
-                "Opposite errors in the two directions that grow with the chamber pressures: seal lips pressed on.",
-            )
-            .only(Only::Sliding)
-            .split(Split::Motion),
-        ],
-        E::PositionScale => vec![
-            View::new(D::PressureA, X::Velocity, "Compression that does not fit the motion read by the sensor."),
-            View::new(D::Position, X::Acceleration, "Motion that does not fit the force."),
-        ],
-        E::PressureAOffset => vec![
-            View::new(D::PressureA, X::Command, "The flow does not fit the pressure read, most at large openings."),
-            View::new(D::Position, X::Velocity, "The force does not fit either, alike in both directions."),
-        ],
-        E::PressureBOffset => vec![
-            View::new(D::PressureB, X::Command, "The flow does not fit the pressure read, most at large openings."),
-            View::new(D::Position, X::Velocity, "The force does not fit either, alike in both directions."),
-        ],
-        E::PressureLag => vec![
-            View::new(D::PressureA, X::CommandRate, "Pressures that follow late."),
-            View::new(D::Position, X::RateA, "The force is late too: an error that follows the rate of the pressures."),
-        ],
-        E::PositionDelay => {
-            vec![View::new(D::Position, X::Acceleration, "Motion that shows later than the force that makes it.")]
-        }
+    fn of(picture: &Picture) -> Self {
+        let Picture { of, against, only, split, note } = *picture;
+        Self { of: channel(of), against: quantity(against), only, split, note }
     }
 }
 
@@ -269,7 +146,7 @@ impl<'a> Scene<'a> {
     /// The picture of one cause.
     pub(super) fn of_cause(&self, id: &str) -> Vec<Plot> {
         let Some(effect) = Effect::from_id(id) else { return Vec::new() };
-        views(effect).iter().filter_map(|view| self.plot(view)).collect()
+        effect.identification().pictures.iter().filter_map(|picture| self.plot(&View::of(picture))).collect()
     }
 
     /// Where an open balance still errs: the quantities that say most about the rest.
