@@ -383,15 +383,6 @@ constants! {
         starts_sloped: usize = 3, "",
             "Initial values of an effect from which slopes are taken.",
             "bounds the time";
-        breakaway_low: f64 = 0.7, "",
-            "Lowest breakaway force on the grid of initial values, over the nominal one.",
-            "below Coulomb friction";
-        breakaway_high: f64 = 3.2, "",
-            "Highest one.",
-            "chosen: above any static friction worth the name";
-        breakaway_spacing: f64 = 1.04, "",
-            "Ratio of neighbours on the grid.",
-            "the valley of the cost is a few percent wide";
         beyond_doubt: f64 = 10.0, "times required",
             "A cause that gains this many times what it must is kept without a refit.",
             "an order of magnitude";

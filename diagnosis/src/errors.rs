@@ -30,9 +30,7 @@ pub enum DiagnosisError {
     )]
     NothingToJudge,
     /// Without a command only the force balance could be formed, and nothing moves.
-    #[error(
-        "without u_v only the mechanics could be judged, and the piston hardly moves: add u_v, or record compression"
-    )]
+    #[error("without u_v only the mechanics could be judged, and the piston hardly moves: add u_v, or record strokes")]
     Still,
     /// The rig file contradicts itself.
     #[error("the rig cannot be simulated: {0}")]

@@ -200,7 +200,7 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
         causes.push(Cause {
             id: Effect::ConstantForce.id().to_string(),
             parameters: vec![Estimate { name: "force_n".into(), value: force.value_n, std_error: force.std_error_n }],
-            ties: vec![Effect::FrictionAsymmetry.id().to_string()],
+            ties: Effect::ConstantForce.structural_ties().map(|e| e.id().to_string()).collect(),
             evidence: format!(
                 "With the measured chamber vented, the piston is slowed by {:.1} N while it coasts on and by {:.1} N while \
                  it returns: friction turns with the motion, the mean of {:.1} N does not (the rig file's mass weighs \

@@ -9,7 +9,7 @@ use super::smoothing::{Smoothed, parabola, slopes};
 use super::split::{self, Stretch};
 use crate::constants;
 use core::ops::Range;
-use plant_model::Effect;
+use plant_model::Plant;
 use rig_files::{Log, RigFile};
 
 /// Makes a log ready, for a rig as its file states it.
@@ -117,8 +117,7 @@ fn smooth(record: &mut Record) {
 /// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute alike on the rig as stated. It
 /// is the same for all models, or one with a larger mass would follow the measurement less and seem noisier.
 fn bandwidth_rad_per_s(quality: &Quality, rig: &RigFile) -> f64 {
-    let mass = rig.effects.get(Effect::PayloadMass).and_then(|values| values.first().copied());
-    let mass_kg = mass.unwrap_or(rig.rig.load.mass_kg);
+    let mass_kg = Plant::new(&rig.rig, &rig.effects).map_or(rig.rig.load.mass_kg, |plant| plant.coefficients().mass_kg);
     let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);
     let acceleration = rig.rig.cylinder.area_m2 * pressure / mass_kg;
     let position = quality.position.standard_deviation.max(1.0e-6);

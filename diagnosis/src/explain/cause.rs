@@ -1,6 +1,5 @@
 //! A cause as the report names it: values with standard errors, ties, evidence, share of the gap.
 
-use super::sentences;
 use crate::estimate::problem::Problem;
 use crate::model::effects;
 use crate::model::parameter::Slot;
@@ -32,7 +31,19 @@ pub(crate) fn cause(problem: &Problem<'_>, found: &Found, effect: Effect, index:
         id: effect.id().to_string(),
         parameters,
         ties: found.ties.get(index).map(|t| t.iter().map(|e| e.id().to_string()).collect()).unwrap_or_default(),
-        evidence: sentences::evidence(effect, &values, loss / cost),
+        evidence: evidence(effect, &values, loss / cost),
         share: (loss / gap).clamp(0.0, 1.0),
     }
+}
+
+/// One sentence that names the quantity a technician can check; `growth` is by what part of itself the misfit grows
+/// without the effect.
+fn evidence(effect: Effect, values: &[f64], growth: f64) -> String {
+    let finding = effect.evidence(values);
+    let grows = if growth < 1.0 {
+        format!("grows by {:.1} %", 100.0 * growth)
+    } else {
+        format!("is {:.1} times as large", 1.0 + growth)
+    };
+    format!("{finding}; without it the misfit of the fitted part of the log {grows}.")
 }

@@ -1,6 +1,5 @@
 //! What to record next.
 
-use super::sentences;
 use crate::data::channel::Channel;
 use crate::estimate::problem::Problem;
 use crate::outcome::Cause;
@@ -13,14 +12,14 @@ pub(crate) fn next_experiment(verdict: Verdict, causes: &[Cause], problem: &Prob
     for cause in causes {
         for tie in &cause.ties {
             if let (Some(one), Some(other)) = (Effect::from_id(&cause.id), Effect::from_id(tie)) {
-                out.push(format!("To tell {one} from {other}: {}", sentences::separate(one, other)));
+                out.push(format!("To tell {one} from {other}: {}", one.experiment_against(other)));
             }
         }
     }
     let has = &problem.record.available;
     if has.pressure_a && has.pressure_b && problem.judgeable & Channel::Position.bit() == 0 {
         out.push(
-            "The piston hardly moves: record compression, best the sequence of `plant-sim experiment`, and mechanics and \
+            "The piston hardly moves: record strokes, best the sequence of `plant-sim experiment`, and mechanics and \
              friction can be judged."
                 .into(),
         );

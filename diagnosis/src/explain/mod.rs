@@ -5,4 +5,3 @@ pub(crate) mod cause;
 pub(crate) mod experiments;
 pub(crate) mod identifiability;
 pub(crate) mod residuals;
-pub(crate) mod sentences;

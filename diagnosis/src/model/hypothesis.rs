@@ -1,6 +1,6 @@
 //! A hypothesis: a set of effects on top of nominal values that are known within their tolerance.
 
-use super::effects::{channels, twins};
+use super::effects::channels;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::Channels;
@@ -31,10 +31,10 @@ impl Hypothesis {
         out
     }
 
-    /// Moves what has to move with an effect that is about to be added at some values.
+    /// Moves what has to move in step with an effect that is about to be added at some values.
     fn take_along(&mut self, effect: Effect, parameters: &[Parameter], start: &[f64]) {
-        if let (Effect::PositionScale, Some(parameter), Some(scale)) = (effect, parameters.first(), start.first()) {
-            self.scale_lengths(scale / parameter.neutral);
+        if let (Some(parameter), Some(value)) = (parameters.first(), start.first()) {
+            self.move_in_step(effect, value / parameter.neutral);
         }
     }
 
@@ -72,36 +72,29 @@ impl Hypothesis {
     pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64], anew: bool) -> Self {
         let mut out = Self { effects: self.effects.clone(), ..Self::default() };
         out.effects.push(effect);
-        let twins = twins(effect);
+        let identification = effect.identification();
+        let stands_for = &identification.stands_for;
         let mut start = start.to_vec();
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
-            let twin = match parameter.slot {
-                Slot::Nominal(key) => twins.contains(&key.path),
+            let replaced = match parameter.slot {
+                Slot::Nominal(key) => stands_for.keys().contains(&key.path),
                 Slot::Effect(..) | Slot::Term(_) => false,
             };
-            if twin {
-                match effect {
-                    Effect::FillCoefficient | Effect::ExhaustCoefficient | Effect::CoulombFriction => {
-                        start[0] *= value / parameter.neutral;
-                    }
-                    Effect::DeadVolume => start[0] = (start[0] + 0.5 * (value - parameter.neutral)).max(0.0),
-                    _ => start[0] += value - parameter.neutral,
-                }
+            if replaced {
+                start[0] = stands_for.take_over(start[0], *value, parameter.neutral);
             }
-            if !twin || twins.len() > 1 {
+            if !replaced || stands_for.keys().len() > 1 {
                 let strained = anew
                     && parameter
                         .tolerance
                         .is_some_and(|t| (value - parameter.neutral).abs() > constants::strained() * t)
                     && parameter.channels & channels(effect) != 0;
                 out.parameters.push(*parameter);
-                out.values.push(if twin || strained { parameter.neutral } else { *value });
+                out.values.push(if replaced || strained { parameter.neutral } else { *value });
             }
         }
-        if effect == Effect::CoulombFriction {
-            let neutral = parameters.first().map_or(1.0, |p| p.neutral);
-            out.scale_breakaway(neutral / start.first().copied().unwrap_or(neutral));
-        }
+        let neutral = parameters.first().map_or(1.0, |p| p.neutral);
+        out.scale_keys(identification.carries_along, neutral / start.first().copied().unwrap_or(neutral));
         out.take_along(effect, &parameters, &start);
         out.parameters.extend(parameters);
         out.values.extend(start);
@@ -115,44 +108,34 @@ impl Hypothesis {
         }
     }
 
-    /// Takes a position that reads `factor` times too long out of the values fitted to it. Air and mass do not tell it from
-    /// larger volumes and flows and a smaller mass; only tolerances and the end stops do. A fit would have to change all of
-    /// them in step.
-    fn scale_lengths(&mut self, factor: f64) {
+    /// Changes in step what, together with an effect that has changed by `factor`, makes no difference to air and mass: a
+    /// fit would have to find that line by itself.
+    fn move_in_step(&mut self, effect: Effect, factor: f64) {
+        let keys = effect.identification().moves_in_step;
+        if keys.is_empty() {
+            return;
+        }
         for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
-            let by = match parameter.slot {
-                Slot::Nominal(key) => match key.path {
-                    "valve.fill_coefficient_kg_per_s_pa"
-                    | "valve.exhaust_coefficient_kg_per_s_pa"
-                    | "cylinder.volume_a0_m3"
-                    | "cylinder.volume_b0_m3" => 1.0 / factor,
-                    "load.mass_kg" | "friction.viscous_n_s_per_m" => factor,
-                    _ => 1.0,
-                },
-                Slot::Effect(effect, index) => match (effect, index) {
-                    (
-                        Effect::FillCoefficient
-                        | Effect::ExhaustCoefficient
-                        | Effect::LeakChamberA
-                        | Effect::LeakChamberB
-                        | Effect::LeakCrossPiston
-                        | Effect::DeadVolume,
-                        _,
-                    )
-                    | (Effect::FrictionPosition, 2) => 1.0 / factor,
-                    (Effect::PayloadMass | Effect::ViscousFriction, _) | (Effect::SupplyDroop, 0) => factor,
-                    _ => 1.0,
-                },
-                Slot::Term(_) => 1.0,
+            let exponent = match parameter.slot {
+                Slot::Nominal(key) => {
+                    keys.iter().find(|(path, _)| *path == key.path).map_or(0, |(_, exponent)| *exponent)
+                }
+                Slot::Effect(other, index) => other.identification().length_exponents[index],
+                Slot::Term(_) => 0,
+            };
+            let by = match exponent {
+                0 => 1.0,
+                ..0 => 1.0 / factor,
+                1.. => factor,
             };
             *value = (*value * by).clamp(parameter.min, parameter.max);
         }
     }
 
-    /// Multiplies the nominal breakaway force, which a friction level carries with it, as far as its bounds allow.
-    fn scale_breakaway(&mut self, factor: f64) {
+    /// Multiplies some nominal values, as far as their bounds allow.
+    fn scale_keys(&mut self, keys: &[&str], factor: f64) {
         for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
-            if matches!(parameter.slot, Slot::Nominal(key) if key.path == "friction.static_n") {
+            if matches!(parameter.slot, Slot::Nominal(key) if keys.contains(&key.path)) {
                 *value = (*value * factor).clamp(parameter.min, parameter.max);
             }
         }
@@ -170,23 +153,20 @@ impl Hypothesis {
         }
         let removed = self.values_of(effect).first().copied();
         let neutral = self.parameters.iter().find(|p| p.slot == Slot::Effect(effect, 0)).map(|p| p.neutral);
-        if let (Effect::CoulombFriction, Some(scale)) = (effect, removed) {
-            out.scale_breakaway(scale);
-        }
-        if let (Effect::PositionScale, Some(scale), Some(neutral)) = (effect, removed, neutral) {
-            out.scale_lengths(neutral / scale);
+        let identification = effect.identification();
+        let stands_for = &identification.stands_for;
+        let Some(removed) = removed else { return out };
+        if let Some(neutral) = neutral {
+            out.scale_keys(identification.carries_along, removed / neutral);
+            out.move_in_step(effect, neutral / removed);
         }
         for parameter in nominal {
             let Slot::Nominal(key) = parameter.slot else { continue };
-            let (true, Some(removed)) = (twins(effect).contains(&key.path), removed) else { continue };
-            let given_back = match effect {
-                Effect::FillCoefficient | Effect::ExhaustCoefficient | Effect::CoulombFriction => {
-                    parameter.neutral * removed
-                }
-                Effect::DeadVolume => parameter.neutral + removed,
-                _ => removed,
-            };
-            if twins(effect).len() == 1 {
+            if !stands_for.keys().contains(&key.path) {
+                continue;
+            }
+            let given_back = stands_for.give_back(removed, parameter.neutral);
+            if stands_for.keys().len() == 1 {
                 out.parameters.insert(0, *parameter);
                 out.values.insert(0, given_back.clamp(parameter.min, parameter.max));
                 continue;
@@ -200,17 +180,17 @@ impl Hypothesis {
         out
     }
 
-    /// The model takes the larger break-point of a dead zone as the right one; so do the values.
+    /// Swaps values that must not be in the wrong order, such as the break-points of a dead zone: the model takes the larger
+    /// one as the first.
     pub(crate) fn put_in_order(&mut self) {
-        let place = |wanted: usize| {
-            self.parameters
-                .iter()
-                .position(|p| matches!(p.slot, Slot::Effect(Effect::ValveDeadZone, index) if index == wanted))
-        };
-        if let (Some(right), Some(left)) = (place(0), place(1))
-            && self.values[right] < self.values[left]
-        {
-            self.values.swap(right, left);
+        for effect in self.effects.clone() {
+            let Some(ordered) = effect.identification().ordered else { continue };
+            let place = |index: usize| self.parameters.iter().position(|p| p.slot == Slot::Effect(effect, index));
+            if let [Some(larger), Some(smaller)] = ordered.map(place)
+                && self.values[larger] < self.values[smaller]
+            {
+                self.values.swap(larger, smaller);
+            }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::backward::{prune, refit_without};
 use super::forward::{Memory, Wanted, extensions};
-use super::image::image;
+use super::image::{companion, image};
 use super::penalty::{cost_before_pruning, open, penalised_cost};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -99,30 +99,28 @@ fn best_exchange(
         .min_by(|a, b| penalised_cost(problem, a).total_cmp(&penalised_cost(problem, b)))
 }
 
-/// Of two names for the same beside choked flow, the one that leaves the conductance nearer to what is stated.
+/// Of two names for the same beside a third effect, the one that leaves that effect nearer to what is stated.
 pub(crate) fn nearest_to_stated(
     problem: &Problem<'_>,
     best: Fit,
     mut all: Vec<Option<Alternatives>>,
 ) -> (Fit, Vec<Option<Alternatives>>) {
-    let conductance = |fit: &Fit| fit.hypothesis.value(Slot::Effect(Effect::ChokedFlow, 1));
-    let off = |fit: &Fit| conductance(fit).map_or(f64::INFINITY, |scale| scale.ln().abs());
     let enough = penalised_cost(problem, &best) + constants::tie();
     for place in 0..all.len() {
         let effect = best.hypothesis.effects[place];
-        let image = match effect {
-            Effect::FillCoefficient => Effect::ExhaustCoefficient,
-            Effect::ExhaustCoefficient => Effect::FillCoefficient,
-            _ => continue,
-        };
+        let Some(image) = effect.image_among(&best.hypothesis.effects) else { continue };
+        let Some((companion, index)) = companion(problem, &best, effect, image) else { continue };
+        let Some(neutral) = problem.parameters(companion).get(index).map(|p| p.neutral) else { continue };
+        let value = |fit: &Fit| fit.hypothesis.value(Slot::Effect(companion, index));
+        let off = |fit: &Fit| value(fit).map_or(f64::INFINITY, |value| (value / neutral).ln().abs());
         let Some(alternatives) = &mut all[place] else { continue };
-        let plainer = |fit: &Fit| {
+        let nearer = |fit: &Fit| {
             fit.hypothesis.effects.last() == Some(&image)
                 && off(fit) < off(&best)
                 && penalised_cost(problem, fit) < enough
         };
-        let Some(found) = alternatives.instead.iter().position(plainer) else { continue };
-        let plain = alternatives.instead.remove(found);
+        let Some(found) = alternatives.instead.iter().position(nearer) else { continue };
+        let nearest = alternatives.instead.remove(found);
         // The cause that is exchanged stands last in the one and is an alternative of the other.
         let mut other = best;
         other.hypothesis.effects.retain(|e| *e != effect);
@@ -130,7 +128,7 @@ pub(crate) fn nearest_to_stated(
         alternatives.instead.push(other);
         let moved = all.remove(place);
         all.push(moved);
-        return (plain, all);
+        return (nearest, all);
     }
     (best, all)
 }

@@ -1,7 +1,8 @@
 //! One more cause: which effects would help a fit most, ranked on a part of the data, the best fitted to all of it.
 
-use super::initial_values::{initial_values, initial_values_fitted, moves_nominal_values};
+use super::initial_values::initial_values;
 use super::penalty::{cost_before_pruning, required_gain, wide_open};
+use super::ripple_spectrum::wavelengths;
 use super::visibility::candidates;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
@@ -104,10 +105,12 @@ impl<'a> Scoring<'a> {
 
 /// The candidates for one more cause that acts on some channels, most promising first.
 fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, acting: Channels) -> Vec<Candidate> {
+    // Needed by effects that ripple along the stroke.
+    let wavelengths_m = if acting & Channel::Position.bit() == 0 { Vec::new() } else { wavelengths(problem, from) };
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
         .into_iter()
         .filter(|e| !from.hypothesis.effects.contains(e) && effects::channels(*e) & acting != 0)
-        .flat_map(|e| initial_values(problem, from, e).into_iter().map(move |start| (e, start)))
+        .flat_map(|e| initial_values(problem, e, &wavelengths_m).into_iter().map(move |start| (e, start)))
         .collect();
     let extended: Vec<Hypothesis> = open
         .iter()
@@ -117,7 +120,8 @@ fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, a
     // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
     if let Some((fit, slopes)) = &scoring.relaxed {
         let strained = from.hypothesis.strained();
-        let relieves = |k: &usize| effects::channels(open[*k].0) & strained != 0 && !moves_nominal_values(open[*k].0);
+        let relieves =
+            |k: &usize| effects::channels(open[*k].0) & strained != 0 && !effects::moves_nominal_values(open[*k].0);
         let relieving: Vec<usize> = (0..open.len()).filter(relieves).collect();
         let beside = |k: &usize| {
             let (effect, start) = &open[*k];
@@ -134,7 +138,7 @@ fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, a
         let (effect, start) = &open[index];
         let predicted = scores[index];
         match out.iter_mut().find(|c| c.effect == *effect) {
-            Some(candidate) if candidate.starts.len() < initial_values_fitted(*effect) => {
+            Some(candidate) if candidate.starts.len() < effect.identification().starts_fitted => {
                 candidate.starts.push(start.clone())
             }
             Some(_) => {}
@@ -208,7 +212,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     }
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
     if candidates[..count].iter().any(|c| effects::channels(c.effect) & flows != 0)
-        && let Some(place) = candidates.iter().position(|c| c.effect == Effect::ChokedFlow)
+        && let Some(place) = candidates.iter().position(|c| c.effect.identification().replaces_a_law)
         && place >= count
     {
         candidates[count..=place].rotate_right(1);
@@ -233,7 +237,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     let mut begun: Vec<Fit> = starts
         .par_iter()
         .filter_map(|(effect, start)| {
-            let ways: &[bool] = if moves_nominal_values(*effect) {
+            let ways: &[bool] = if effects::moves_nominal_values(*effect) {
                 &[false]
             } else if strained & effects::channels(*effect) == 0 {
                 &[true]
@@ -247,7 +251,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
                 // What only tolerances tell apart must follow all data closely before they show, and stands in for
                 // anything while much else is missing.
                 let on_all_data =
-                    if moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
+                    if effects::moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
                 problem.refit(fit.hypothesis, channels, on_all_data)
             };
             ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))

@@ -4,63 +4,63 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 use plant_model::Effect;
+use plant_model::effects::identification::{ImageContext, Imaged, StandsFor};
 
 /// A fit with one of its causes as another that does nearly the same, at the values that do it: from elsewhere a fit hardly
 /// finds its way there. `None` for causes without such an image.
 pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Hypothesis> {
-    let other = match effect {
-        // Mechanics see the difference of the pressures, and the air of one chamber or the other must be a few percent off.
-        Effect::PressureAOffset => Effect::PressureBOffset,
-        Effect::PressureBOffset => Effect::PressureAOffset,
-        // The sum of the pressures may hardly change.
-        Effect::CoulombFriction => Effect::FrictionPressure,
-        Effect::FrictionPressure => Effect::CoulombFriction,
-        // Choked flow has a scale of its own: with it, less in one direction is more in the other.
-        Effect::FillCoefficient if fit.hypothesis.effects.contains(&Effect::ChokedFlow) => Effect::ExhaustCoefficient,
-        Effect::ExhaustCoefficient if fit.hypothesis.effects.contains(&Effect::ChokedFlow) => Effect::FillCoefficient,
-        _ => return None,
-    };
+    let other = effect.image_among(&fit.hypothesis.effects)?;
     let h = &fit.hypothesis;
-    let first = |effect: Effect| problem.parameters(effect).first().copied();
-    let (from, to) = (first(effect)?, first(other)?);
+    let to = problem.parameters(other).first().copied()?;
     if h.effects.contains(&other) || to.channels == 0 {
         return None;
     }
-    let away = h.values_of(effect).first()? - from.neutral;
-    let coulomb_n = problem.rig.rig.friction.coulomb_n;
-    // What the cause adds to the level of friction, and how the image makes the same.
-    let (added_n, start) = match effect {
-        Effect::CoulombFriction => (away * coulomb_n, to.neutral + away * coulomb_n / gauge_sum_pa(problem)?),
-        Effect::FrictionPressure => {
-            let added_n = away * gauge_sum_pa(problem)?;
-            (added_n, to.neutral + added_n / coulomb_n)
-        }
-        Effect::FillCoefficient | Effect::ExhaustCoefficient => (0.0, to.neutral / (1.0 + away / from.neutral)),
-        _ => (0.0, to.neutral - away),
-    };
-    let start = [start.clamp(to.min, to.max)];
+    let imaged = imaged(problem, fit, effect, other)?;
+    let start = [imaged.value.clamp(to.min, to.max)];
     let mut out = h.without(effect, problem.nominal).with(other, problem.parameters(other), &start, false);
-    if matches!(effect, Effect::FillCoefficient | Effect::ExhaustCoefficient) {
-        out.scale(Slot::Effect(Effect::ChokedFlow, 1), 1.0 + away / from.neutral);
+    if let Some((companion, index, factor)) = imaged.companion {
+        out.scale(Slot::Effect(companion, index), factor);
     }
+    let added_n = imaged.added_friction_n;
     if added_n == 0.0 {
         return Some(out);
     }
     // A factor on friction multiplies what is stated of breaking away and leaves alone what is fitted; pressure adds to both.
+    let factor = matches!(effect.identification().stands_for, StandsFor::FactorOn(_));
+    let levels = ["friction.static_n", "friction.coulomb_n"];
     for (parameter, value) in out.parameters.iter().zip(&mut out.values) {
         match parameter.slot {
-            Slot::Effect(Effect::StaticFriction, _) => {
-                let by_n = if effect == Effect::CoulombFriction { -added_n } else { added_n };
+            Slot::Effect(e, 0) if e == other => *value = start[0],
+            Slot::Effect(e, 0) if e.identification().stands_for == StandsFor::ValueOf("friction.static_n") => {
+                let by_n = if factor { -added_n } else { added_n };
                 *value = (*value + by_n).clamp(parameter.min, parameter.max);
             }
-            Slot::Nominal(key) if key.path == "friction.static_n" || key.path == "friction.coulomb_n" => {
+            Slot::Nominal(key) if levels.contains(&key.path) => {
                 *value = h.value(parameter.slot).unwrap_or(parameter.neutral);
             }
-            Slot::Effect(e, 0) if e == other => *value = start[0],
             _ => {}
         }
     }
     Some(out)
+}
+
+/// A cause of a fit as another effect.
+fn imaged(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<Imaged> {
+    let neutral = |effect: Effect| problem.parameters(effect).first().map(|p| p.neutral);
+    let neutral_here = neutral(effect)?;
+    let context = ImageContext {
+        rig: &problem.rig.rig,
+        away: fit.hypothesis.values_of(effect).first()? - neutral_here,
+        neutral: neutral_here,
+        image_neutral: neutral(other)?,
+        gauge_sum_pa: gauge_sum_pa(problem),
+    };
+    effect.as_image(other, &context)
+}
+
+/// The third effect, and which of its parameters, that changes along when a cause becomes its image.
+pub(crate) fn companion(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<(Effect, usize)> {
+    imaged(problem, fit, effect, other)?.companion.map(|(companion, index, _)| (companion, index))
 }
 
 /// The mean of both chambers' gauge pressures, summed; `None` unless both are measured and above atmosphere.

@@ -1,90 +1,30 @@
-//! Where a candidate effect begins: the values its fits start from, beside a fit without it.
+//! Where the fits of a candidate effect begin.
 
-use super::ripple_spectrum;
-use crate::constants;
-use crate::estimate::problem::{Fit, Problem};
-use crate::model::parameter::Parameter;
+use crate::estimate::problem::Problem;
 use plant_model::Effect;
+use plant_model::effects::MAX_PARAMETERS;
+use plant_model::effects::identification::{Bounds, StartContext};
 
-/// Starting values of an effect; most leave the model as it is.
-pub(crate) fn initial_values(problem: &Problem<'_>, from: &Fit, effect: Effect) -> Vec<Vec<f64>> {
-    let neutral: Vec<f64> = problem.parameters(effect).iter().map(|p| p.neutral).collect();
-    match effect {
-        Effect::ChokedFlow => vec![vec![0.25, 1.0], vec![0.5, 0.9]],
-        // A play first has to be taken up before its width matters, so a start at zero may lead nowhere.
-        Effect::ValveHysteresis => {
-            let scale = problem.parameters(effect)[0].scale;
-            vec![neutral.clone(), vec![neutral[0] + 0.5 * scale], vec![neutral[0] + 1.5 * scale]]
-        }
-        // Where the piston sticks at other places than predicted, and where hardly any sample lies in the dead zone as
-        // stated, a small change shows nothing: a large one is tried as well.
-        Effect::StaticFriction => breakaways(&problem.parameters(effect)[0]),
-        Effect::CoulombFriction | Effect::ViscousFriction => {
-            [1.0, 1.5, 0.7].map(|factor| vec![factor * neutral[0]]).to_vec()
-        }
-        Effect::ValveDeadZone => {
-            let [right, left] = [neutral[0], neutral[1]];
-            let moved = [[0.2, -0.2], [0.2, 0.0], [0.0, -0.2], [0.2, 0.2], [-0.2, -0.2]];
-            let moved = moved.map(|[to_right, to_left]| vec![right + to_right, left + to_left]);
-            std::iter::once(neutral.clone()).chain(moved).collect()
-        }
-        Effect::SupplyDroop => vec![vec![neutral[0], 0.03], vec![neutral[0], 0.2]],
-        // What it changes, other values can change as well, all in step: the cost is a long, narrow, bent valley.
-        Effect::PositionScale => {
-            let parameter = problem.parameters(effect)[0];
-            let at = |percent: i32| neutral[0] * (1.0 + 0.01 * f64::from(percent));
-            (-10..=10).map(|percent| vec![at(percent).clamp(parameter.min, parameter.max)]).collect()
-        }
-        Effect::FrictionPosition => {
-            let mut all = vec![neutral.clone()];
-            // The wavelength shows only once there is a ripple, and its valley is narrow where there are many waves.
-            for wavelength in ripple_spectrum::wavelengths(problem, from) {
-                all.push(vec![neutral[0], 0.0, wavelength]);
-                let around = [0.95, 1.0, 1.05].map(|factor| factor * wavelength);
-                all.extend(
-                    around.into_iter().flat_map(|w| [0.3, -0.3].map(|amplitude| vec![neutral[0], amplitude, w])),
-                );
-            }
-            all
-        }
-        // Far from the truth the slope at the neutral setting is a poor guide to what a plainly visible change would do.
-        _ => {
-            let parameter = problem.parameters(effect)[0];
-            let at = |factor: f64| (neutral[0] + factor * parameter.scale).clamp(parameter.min, parameter.max);
-            let mut values = [0.0, 1.0, -1.0, 0.25, -0.25].map(at).to_vec();
-            values.sort_by(f64::total_cmp);
-            values.dedup();
-            values.into_iter().map(|value| vec![value]).collect()
-        }
+/// Initial values of an effect, as its file states them; most leave the model as it is. `wavelengths_m` are those at which
+/// the friction residual ripples along the stroke.
+pub(crate) fn initial_values(problem: &Problem<'_>, effect: Effect, wavelengths_m: &[f64]) -> Vec<Vec<f64>> {
+    let parameters = problem.parameters(effect);
+    let mut context = StartContext {
+        neutral: [0.0; MAX_PARAMETERS],
+        scales: [0.0; MAX_PARAMETERS],
+        bounds: [Bounds { min: 0.0, max: 0.0 }; MAX_PARAMETERS],
+        wavelengths_m,
+    };
+    for (index, p) in parameters.iter().enumerate() {
+        context.neutral[index] = p.neutral;
+        context.scales[index] = p.scale;
+        context.bounds[index] = Bounds { min: p.min, max: p.max };
     }
-}
-
-/// Whether an effect takes nominal values along with it, so that they start neither anew nor where they are.
-pub(crate) fn moves_nominal_values(effect: Effect) -> bool {
-    effect == Effect::PositionScale
-}
-
-/// Breakaway forces to start from. Where a piston sticks and slips, each breakaway that comes at another moment puts a wall
-/// beside the right force, and the valley between the walls is a few percent wide.
-fn breakaways(parameter: &Parameter) -> Vec<Vec<f64>> {
-    let factors =
-        std::iter::successors(Some(constants::breakaway_low()), |factor| Some(factor * constants::breakaway_spacing()));
-    let values =
-        factors.take_while(|factor| *factor < constants::breakaway_high()).map(|factor| factor * parameter.neutral);
-    let within = values.filter(|value| (parameter.min..=parameter.max).contains(value));
-    std::iter::once(parameter.neutral).chain(within).map(|value| vec![value]).collect()
-}
-
-/// How many starting points are fitted: several where the cost has several valleys.
-pub(crate) fn initial_values_fitted(effect: Effect) -> usize {
-    match effect {
-        Effect::StaticFriction => 3,
-        Effect::ChokedFlow
-        | Effect::ValveHysteresis
-        | Effect::ValveDeadZone
-        | Effect::SupplyDroop
-        | Effect::FrictionPosition
-        | Effect::CoulombFriction => 2,
-        _ => 1,
-    }
+    let mut out = Vec::new();
+    effect.starts(&context, &mut |values| {
+        let mut all: Vec<f64> = parameters.iter().map(|p| p.neutral).collect();
+        all.iter_mut().zip(values).for_each(|(to, from)| *to = *from);
+        out.push(all);
+    });
+    out
 }

@@ -1,6 +1,5 @@
 //! What a cause must gain: against chance, beside noise, and beside what a fit leaves.
 
-use super::initial_values::moves_nominal_values;
 use crate::constants;
 use crate::data::channel::Channel;
 use crate::estimate::likelihood::{COST_OF_NOISE, dispersion, trimmed_misfit};
@@ -13,7 +12,7 @@ use plant_model::Effect;
 /// their noise and beside what the fit leaves over there.
 pub(crate) fn required_gain(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
     // Air does not tell a scale of lengths from other values, see `Hypothesis::scale_lengths`.
-    let (shows, rest) = if moves_nominal_values(effect) {
+    let (shows, rest) = if effects::moves_nominal_values(effect) {
         (Channel::Position.bit(), constants::share_of_rest_in_step())
     } else {
         (effects::channels(effect), constants::share_of_rest())
@@ -61,9 +60,9 @@ fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) 
 /// constant means nothing while nothing droops, the wavelength while nothing ripples.
 fn presence(fit: &Fit, effect: Effect) -> impl Iterator<Item = (usize, &Parameter, f64)> {
     let h = &fit.hypothesis;
+    let shape_only = effect.identification().shape_only;
     let tells = move |p: &Parameter| match p.slot {
-        Slot::Effect(Effect::SupplyDroop, 1) | Slot::Effect(Effect::FrictionPosition, 2) => false,
-        Slot::Effect(e, _) => e == effect,
+        Slot::Effect(e, index) => e == effect && !shape_only.contains(&index),
         _ => false,
     };
     let all = h.parameters.iter().zip(&h.values).enumerate();

@@ -4,7 +4,6 @@ use crate::constants;
 use crate::data::channel::Channel;
 use crate::data::split;
 use crate::estimate::problem::{Fit, Problem};
-use plant_model::Effect;
 
 /// The wavelengths in m at which the odd part of the force residual is strongest; empty if the piston hardly moves.
 pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
@@ -37,8 +36,8 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
     }
     let mean = total.0 / total.1;
     // The ripple belongs to the true position.
-    let scale =
-        fit.hypothesis.values_of(Effect::PositionScale).first().copied().filter(|scale| *scale > 0.0).unwrap_or(1.0);
+    let Some(plant) = fit.hypothesis.plant(problem.rig, &fit.hypothesis.values) else { return Vec::new() };
+    let scale = plant.shown_position_m(1.0) - plant.shown_position_m(0.0);
     // The sine has its zero at mid-stroke, so only that phase is looked for.
     let middle = |place: usize| low + (place as f64 + 0.5) / constants::ripple_places() as f64 * range;
     let count = (constants::ripple_places() as f64 / constants::ripple_shortest() * 4.0) as usize;

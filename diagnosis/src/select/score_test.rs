@@ -6,18 +6,7 @@ use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
-use plant_model::Effect;
 use rayon::prelude::*;
-
-/// Effects whose influence is not smooth at their neutral setting.
-const SMOOTHLESS: [Effect; 6] = [
-    Effect::ValveHysteresis,
-    Effect::ValveLag,
-    Effect::LineDelay,
-    Effect::PositionDelay,
-    Effect::PressureLag,
-    Effect::StaticFriction,
-];
 
 /// A candidate at its starting values.
 struct Started {
@@ -52,7 +41,7 @@ impl Problem<'_> {
                 let added: Vec<Residuals> = (values.len()..extended.parameters.len())
                     .map(|index| {
                         let smoothless =
-                            matches!(extended.parameters[index].slot, Slot::Effect(e, _) if SMOOTHLESS.contains(&e));
+                            matches!(extended.parameters[index].slot, Slot::Effect(e, _) if !e.identification().smooth_at_neutral);
                         let step = if smoothless {
                             DifferenceStep { rough: constants::step_overcoming(), smooth: constants::step_overcoming() }
                         } else {
@@ -108,7 +97,8 @@ fn differentiated(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec
     let on_a_slope = |place: usize, gained: f64| {
         let neighbours = [place.wrapping_sub(1), place + 1].into_iter().filter(|other| *other < candidates.len());
         let mut same = neighbours.filter(|other| last(*other) == last(place));
-        last(place) == Some(&Effect::StaticFriction) && same.any(|other| moved(other).is_some_and(|g| g > gained))
+        last(place).is_some_and(|e| e.identification().starts_form_a_grid)
+            && same.any(|other| moved(other).is_some_and(|g| g > gained))
     };
     let starts: Vec<Start> = (0..candidates.len())
         .map(|place| match moved(place) {

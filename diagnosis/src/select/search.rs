@@ -4,7 +4,7 @@ use super::backward::prune;
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
 use super::penalty::{penalised_cost, shortfall, wide_open};
-use super::simplify::{drop_needless_half, drop_uncertain};
+use super::simplify::{drop_needless_parts, drop_uncertain};
 use super::ties::ties;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -79,7 +79,7 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
     let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
     let (best, alternatives) = nearest_to_stated(problem, best, alternatives);
-    let (best, alternatives) = drop_uncertain(problem, drop_needless_half(problem, best), alternatives);
+    let (best, alternatives) = drop_uncertain(problem, drop_needless_parts(problem, best), alternatives);
     let (ties, losses) = ties(problem, &best, alternatives);
     Some(Found { null, best, ties, losses, tried: memory.tried })
 }

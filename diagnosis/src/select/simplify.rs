@@ -5,7 +5,6 @@ use super::exchange::Alternatives;
 use super::penalty::{negligible, required_gain, uncertain};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
-use plant_model::Effect;
 
 /// Leaves out causes whose parameters may as well be neutral: they soak up noise. What is left has standard errors.
 pub(crate) fn drop_uncertain(
@@ -32,22 +31,21 @@ pub(crate) fn drop_uncertain(
     }
 }
 
-/// Leaves out the half of position-dependent friction that the log does not ask for: a slope along the stroke and a
-/// ripple of a long wavelength are nearly the same.
-pub(crate) fn drop_needless_half(problem: &Problem<'_>, best: Fit) -> Fit {
-    const EFFECT: Effect = Effect::FrictionPosition;
-    if !best.hypothesis.effects.contains(&EFFECT) {
-        return best;
-    }
-    let halves: [&[usize]; 2] = [&[0], &[1, 2]];
+/// Leaves out the parts of an effect that the log does not ask for, where each part makes an effect of its own: a slope of
+/// friction along the stroke and a ripple of a long wavelength are nearly the same.
+pub(crate) fn drop_needless_parts(problem: &Problem<'_>, mut best: Fit) -> Fit {
     let penalised_cost =
         |fit: &Fit| fit.cost(problem) + constants::penalty_per_parameter() * fit.hypothesis.parameters.len() as f64;
-    let fits =
-        halves.into_iter().filter_map(|kept| problem.fit(best.hypothesis.only(EFFECT, kept), constants::iterations()));
-    let least =
-        fits.filter(|fit| !negligible(fit, EFFECT)).min_by(|a, b| penalised_cost(a).total_cmp(&penalised_cost(b)));
-    match least {
-        Some(fit) if penalised_cost(&fit) <= penalised_cost(&best) => fit,
-        _ => best,
+    for effect in best.hypothesis.effects.clone() {
+        let parts = effect.identification().parts.iter();
+        let fits = parts.filter_map(|kept| problem.fit(best.hypothesis.only(effect, kept), constants::iterations()));
+        let least =
+            fits.filter(|fit| !negligible(fit, effect)).min_by(|a, b| penalised_cost(a).total_cmp(&penalised_cost(b)));
+        if let Some(fit) = least
+            && penalised_cost(&fit) <= penalised_cost(&best)
+        {
+            best = fit;
+        }
     }
+    best
 }

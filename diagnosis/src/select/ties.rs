@@ -22,11 +22,8 @@ pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternativ
                 }
             }
         }
-        // One force, two names: g (1 + a sign v) sign v = g sign v + a g, so F_0 = a F_c except around standstill.
-        for (one, other) in
-            [(Effect::ConstantForce, Effect::FrictionAsymmetry), (Effect::FrictionAsymmetry, Effect::ConstantForce)]
-        {
-            if *effect == one && !tied.contains(&other) && !best.hypothesis.effects.contains(&other) {
+        for other in effect.structural_ties() {
+            if !tied.contains(&other) && !best.hypothesis.effects.contains(&other) {
                 tied.push(other);
             }
         }

@@ -4,6 +4,8 @@ use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use plant_model::Effect;
+use plant_model::effects::MAX_PARAMETERS;
+use plant_model::effects::identification::Needs;
 use rayon::prelude::*;
 
 /// The effects that would change the predictions visibly at a plainly visible strength, were they there.
@@ -15,18 +17,16 @@ impl Problem<'_> {
     /// Whether an effect of plainly visible size would change the predictions by more than it must gain to be named.
     pub(crate) fn responds(&self, fit: &Fit, effect: Effect) -> bool {
         let parameters = self.parameters(effect);
-        let mut start: Vec<f64> = parameters.iter().map(|p| p.neutral + p.scale).collect();
-        match effect {
-            Effect::ChokedFlow => start = vec![0.3, 1.0],
-            Effect::SupplyDroop => start[1] = 0.1,
-            Effect::FrictionPosition => start = vec![parameters[0].scale, 0.0, 0.0],
-            _ => {}
+        let (mut neutral, mut scales) = ([0.0; MAX_PARAMETERS], [0.0; MAX_PARAMETERS]);
+        for (index, p) in parameters.iter().enumerate() {
+            (neutral[index], scales[index]) = (p.neutral, p.scale);
         }
+        let start = &effect.visible(&neutral, &scales)[..parameters.len()];
         if fit.hypothesis.effects.contains(&effect) {
             return true;
         }
         let channels = parameters.iter().fold(0, |all, p| all | p.channels);
-        let extended = fit.hypothesis.extended_by(effect, parameters, &start);
+        let extended = fit.hypothesis.extended_by(effect, parameters, start);
         let base = self.evaluate(&fit.hypothesis, &fit.hypothesis.values, channels);
         let moved = self.evaluate(&extended, &extended.values, channels);
         let (Some(base), Some(moved)) = (base, moved) else { return false };
@@ -43,12 +43,10 @@ pub(crate) fn candidates(problem: &Problem<'_>) -> Vec<Effect> {
         .into_iter()
         .filter(|effect| {
             let channels = effects::channels(*effect);
-            let enough = match effect {
-                // Needs the pressures of both chambers.
-                Effect::LeakCrossPiston => has.pressure_a && has.pressure_b,
-                // Between position and pressure only: both must be there to disagree.
-                Effect::PositionDelay | Effect::PositionScale => has.pressure_a || has.pressure_b,
-                _ => true,
+            let enough = match effect.identification().needs {
+                Needs::Nothing => true,
+                Needs::AnyPressure => has.pressure_a || has.pressure_b,
+                Needs::BothPressures => has.pressure_a && has.pressure_b,
             };
             enough && channels & problem.judgeable != 0
         })
