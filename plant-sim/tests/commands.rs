@@ -1,7 +1,8 @@
 //! The commands do what the formats promise.
 
-use control::{Config, Parameters};
+use control::Parameters;
 use plant_model::{Effects, Rig, Simulator};
+use plant_sim::controller::{self, MonitorAction};
 use plant_sim::stdio::Coprocess;
 use proptest::prelude::*;
 use rig_files::{Column, Log, RigFile};
@@ -125,7 +126,8 @@ fn both_real_recordings_become_logs_with_pressures_made_absolute() {
 }
 
 fn coprocess() -> Coprocess {
-    Coprocess::new(Config::from_parameters(&Parameters::default()).expect("valid"), 16)
+    let setup = controller::setup(&Parameters::default(), &RigFile::paper_a().rig, MonitorAction::Warn, 1);
+    Coprocess::new(setup.expect("valid"), 16)
 }
 
 #[test]
@@ -163,7 +165,7 @@ fn an_endless_line_is_refused_without_being_stored_and_the_next_is_served() {
     let mut input = vec![b'7'; 1_000_000];
     input.extend_from_slice(b"\n0.045 32768 23710 23710 45875");
     let mut answers = Vec::new();
-    coprocess().serve(&input[..], &mut answers).expect("memory does not fail");
+    coprocess().serve(&input[..], &mut answers, |_| ()).expect("memory does not fail");
     let text = String::from_utf8(answers).expect("text");
     let answers: Vec<&str> = text.lines().collect();
     assert!(answers[0].starts_with("error the line is longer"), "{}", answers[0]);
@@ -201,7 +203,7 @@ proptest! {
     #[test]
     fn any_bytes_as_a_conversation_are_answered_line_by_line(bytes in proptest::collection::vec(any::<u8>(), 0..3000)) {
         let mut answers = Vec::new();
-        coprocess().serve(&bytes[..], &mut answers).expect("memory does not fail");
+        coprocess().serve(&bytes[..], &mut answers, |_| ()).expect("memory does not fail");
         let lines = bytes.split(|byte| *byte == b'\n').count() - usize::from(bytes.last().is_none_or(|byte| *byte == b'\n'));
         prop_assert_eq!(String::from_utf8(answers).expect("text").lines().count(), lines);
     }

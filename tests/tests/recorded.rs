@@ -6,7 +6,7 @@
 
 use firmware_core::mode_number;
 use plant_sim::stdio::Coprocess;
-use plant_sim::{ClosedLoop, LoopSettings, Noise, controller};
+use plant_sim::{ClosedLoop, ConversionNoise, LoopSettings, MonitorAction, controller};
 use rig_files::RigFile;
 use scenarios::{Scenario, host_target, run_observed};
 use std::fmt::Write as _;
@@ -64,24 +64,22 @@ fn closed_loop(rig: &RigFile, settings: &LoopSettings, ticks: u64, reference_m: 
 /// The co-process on the same plant, sensor for sensor, with a rail on the position near the end.
 fn coprocess(rig: &RigFile) -> Hash {
     let parameters = controller::parameters(rig);
-    let config = control::Config::from_parameters(&parameters).expect("valid");
-    let mut process = Coprocess::new(config, u32::from(parameters.adc_bits));
+    let setup = controller::setup(&parameters, &rig.rig, MonitorAction::Warn, 1).expect("valid");
+    let mut process = Coprocess::new(setup, u32::from(parameters.adc_bits));
     let mut plant = ClosedLoop::new(rig, &parameters, &LoopSettings::default()).expect("valid");
     let mut hash = Hash::new();
     for tick in 0..4000 {
         let reference_m = square_wave_m(tick);
         plant.tick_with(|codes| {
-            let [mut position, a, b, supply] = codes.map(|code| code.0);
-            if tick >= 3900 {
-                position = 0;
-            }
+            let [position, a, b, supply] = codes;
+            let position = if tick >= 3900 { 0 } else { position };
             let answer = process.answer(&format!("{reference_m} {position} {a} {b} {supply}"));
             let (dac, state) = answer.split_once(' ').unwrap_or_else(|| panic!("{answer}"));
             let dac: u16 = dac.parse().unwrap_or_else(|_| panic!("{answer}"));
             // The protocol tells the state as a word.
             let state = state.bytes().fold(0_u16, |sum, byte| sum.wrapping_mul(31).wrapping_add(u16::from(byte)));
             hash.tick(dac, state);
-            (control::DacCode(dac), control::Mode::Run)
+            dac
         });
     }
     hash
@@ -102,7 +100,7 @@ fn every_run() -> Vec<(String, Hash)> {
         found.push((format!("scenario/{name}"), hash));
     }
     let default = LoopSettings::default();
-    let quiet = LoopSettings { noise: Noise::NONE, ..default };
+    let quiet = LoopSettings { noise: ConversionNoise::NONE, ..default };
     for (name, rig) in rigs() {
         // The default of `plant-sim run`: 6 s to 45 mm.
         found.push((format!("run/{name}"), closed_loop(&rig, &default, 6001, |_| 0.045)));
