@@ -51,7 +51,7 @@ pub struct SetupMessage {
     pub armed: bool,
     /// One telemetry record every so many ticks; 0: none.
     pub every: u32,
-    /// Bench mode: the guest's own plant in place of the codes of the ticks; it begins with the self-test then.
+    /// Bench mode: the guest's own plant in place of the codes of the ticks; for a loop that boots, as one that runs refuses it.
     pub bench: bool,
 }
 

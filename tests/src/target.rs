@@ -82,7 +82,7 @@ impl HostTarget {
         Ok(Self { control_loop: ControlLoop::in_state(setup, state), closest: 0.0 })
     }
 
-    /// In bench mode: the loop's own plant in place of the codes of the ticks. It begins with the self-test.
+    /// In bench mode: the loop's own plant in place of the codes of the ticks. As on the board, a loop that runs already refuses.
     #[must_use]
     pub fn on_the_bench(mut self, plant: BenchPlant) -> Self {
         self.control_loop.order(&Order::BenchOn(plant));

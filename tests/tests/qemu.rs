@@ -157,7 +157,7 @@ fn bench_mode_simulates_the_same_rig_under_qemu_as_on_the_host_and_costs_what_is
     let mut found = [0, 0];
     for rig in ["paper-a", "paper-b", "paper-c"] {
         let text = format!(
-            "name = \"bench\"\nrig = \"{rig}\"\ndead_zone_v = 0.42\nduration_s = 4.0\n\
+            "name = \"bench\"\nrig = \"{rig}\"\ndead_zone_v = 0.42\nduration_s = 5.0\nstart = \"boot\"\n\
              monitor = {{ enabled = false }}\nexpect = {{}}\n"
         );
         let scenario = Scenario::parse(&text, "bench.toml", Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
