@@ -282,6 +282,7 @@ pub fn reference(y_ref_m: f64) -> Position {
 mod tests {
     use super::*;
     use crate::controller::parameters;
+    use control::Reason;
 
     fn run(settings: &LoopSettings, ticks: usize) -> Vec<LoopRecord> {
         let rig = RigFile::paper_a();
@@ -332,6 +333,24 @@ mod tests {
                 assert_eq!(tick.u_v, valve.quantity(u32::from(earlier.dac)));
             }
             assert!(ticks[..delay].iter().all(|tick| tick.u_v.abs() < 2e-3), "the valve starts at mid");
+        }
+    }
+
+    #[test]
+    fn a_plant_unlike_its_model_trips_the_monitor_or_is_only_told_or_goes_unwatched() {
+        let rig = RigFile::paper_a();
+        let mut model = rig.rig;
+        model.valve.fill_coefficient_kg_per_s_pa *= 0.4;
+        for (monitor, trips, tells) in
+            [(MonitorAction::Trip, true, true), (MonitorAction::Warn, false, true), (MonitorAction::Off, false, false)]
+        {
+            let settings = LoopSettings { monitor, ..LoopSettings::default() };
+            let mut positioner =
+                ClosedLoop::with_model(&rig, &model, &parameters(&rig), &settings).expect("a physical model");
+            let ticks: Vec<LoopRecord> = (0..1000).map(|_| positioner.tick(0.2)).collect();
+            assert_eq!(ticks.iter().any(|tick| tick.disagreement), tells, "{monitor:?}");
+            let end = if trips { Mode::Safe(Reason::ModelDisagreement) } else { Mode::Run };
+            assert_eq!(ticks[999].mode, end, "{monitor:?}");
         }
     }
 

@@ -1,6 +1,7 @@
 //! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
 
 use super::CliError;
+use control::{Mode, Reason};
 use plant_sim::charts;
 use plant_sim::controller;
 use plant_sim::metrics::StepMetrics;
@@ -139,13 +140,17 @@ fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Re
 fn warnings(runs: &[Run]) -> Vec<String> {
     let mut warnings = Vec::new();
     for Run { name, recording, .. } in runs {
-        if recording.mode != control::Mode::Run {
+        if recording.mode != Mode::Run {
             warnings.push(format!("{name}: the controller ended in `{}`", recording.mode));
         }
         if let Some(t_s) = recording.contradicted_s {
+            let then = if recording.mode == Mode::Safe(Reason::ModelDisagreement) {
+                "with `--monitor warn` the controller runs on"
+            } else {
+                "on the board this leads to the safe state by default"
+            };
             warnings.push(format!(
-                "{name}: from {t_s:.3} s the readings contradict the rig's nominal values, by the controller's model \
-                 monitor; with `--monitor warn` the controller runs on"
+                "{name}: at {t_s:.3} s the model monitor finds that the readings contradict the rig's nominal values; {then}"
             ));
         }
     }

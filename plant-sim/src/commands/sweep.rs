@@ -7,6 +7,7 @@ use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, run_all
 use plant_sim::{LoopSettings, MonitorAction, controller};
 use report_html::{Page, Plot, Series, Table};
 use rig_files::{InputError, RigFile, write_file};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -235,9 +236,12 @@ fn summary(done: &[(&Job, &Outcome)]) -> Table {
         let share = format!("{:.1} %", 100.0 * values.len() as f64 / done.len().max(1) as f64);
         table.row([figure.label.to_string(), share, at(0.0), at(0.05), at(0.5), at(0.95), at(1.0)]);
     }
-    let safe = done.iter().filter(|(_, outcome)| outcome.state != "run").count();
-    if safe > 0 {
-        let mut row = vec!["ended in a safe state".to_string(), safe.to_string()];
+    let mut ends: BTreeMap<&str, usize> = BTreeMap::new();
+    for (_, outcome) in done.iter().filter(|(_, outcome)| outcome.state != "run") {
+        *ends.entry(&outcome.state).or_default() += 1;
+    }
+    for (state, count) in ends {
+        let mut row = vec![format!("ended in {state}"), format!("{count} runs")];
         row.resize(7, String::new());
         table.row(row);
     }
