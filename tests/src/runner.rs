@@ -160,7 +160,7 @@ pub fn run_observed(
                     .command
                     .iter()
                     .find(|c| since(c.at_s) == 0 && t_s + 0.5 * tick_s >= c.at_s)
-                    .map(|c| c.command.into()),
+                    .map(|c| c.command),
                 host_heard: active(Kind::HostSilent).is_none(),
                 faults: control::ExternalFaults {
                     missed_tick: missed,
