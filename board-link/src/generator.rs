@@ -1,4 +1,4 @@
-//! Setpoint generators: what they are and what is allowed. The board evaluates them with `control::generator`.
+//! Setpoint generators as a host asks for them, and what is allowed. The board runs them as `control::program`.
 
 use serde::{Deserialize, Serialize};
 

@@ -9,13 +9,13 @@
 //! ```
 //!
 //! [`Parameters`] are physical numbers with units. [`Config`] holds what the tick needs, precomputed from them, so that the
-//! tick neither divides nor touches a float. [`State`] is everything that one tick hands to the next.
+//! tick neither divides nor touches a float. [`ControllerState`] is everything that one tick hands to the next.
 //!
 //! ```
-//! use control::{AdcCode, Config, Inputs, Parameters, Position, State, step};
+//! use control::{AdcCode, Config, Inputs, Parameters, Position, ControllerState, step};
 //!
 //! let config = Config::from_parameters(&Parameters::default())?;
-//! let mut state = State::armed();
+//! let mut state = ControllerState::armed();
 //! let inputs = Inputs {
 //!     reference: Position::from_num(0.045),
 //!     position: AdcCode(32768),
@@ -41,11 +41,11 @@ pub mod codes;
 pub mod config;
 pub mod dead_zone_inverse;
 mod frozen;
-pub mod generator;
 pub mod law;
 pub mod modes;
 pub mod parameters;
 pub mod plausibility;
+pub mod program;
 pub mod quantities;
 pub mod setpoint;
 mod tick;
@@ -54,7 +54,7 @@ pub mod twin;
 
 pub use codes::{AdcCode, DacCode};
 pub use config::{Config, ConfigError};
-pub use modes::{Channel, Command, Mode, Reason};
+pub use modes::{Channel, Mode, OperatorCommand, Reason};
 pub use parameters::Parameters;
 pub use quantities::{Position, Pressure, Velocity, Voltage};
-pub use tick::{ExternalFaults, Inputs, Outputs, State, Telemetry, step};
+pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, step};

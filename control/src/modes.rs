@@ -17,7 +17,8 @@
 //! changes nothing.
 
 /// The sensors, in the order of the input line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Channel {
     /// Piston position.
     Position,
@@ -27,6 +28,22 @@ pub enum Channel {
     PressureB,
     /// Supply pressure.
     Supply,
+}
+
+impl Channel {
+    /// All four, in the order of the codes.
+    pub const ALL: [Self; 4] = [Self::Position, Self::PressureA, Self::PressureB, Self::Supply];
+
+    /// What people call it.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::PressureA => "pressure A",
+            Self::PressureB => "pressure B",
+            Self::Supply => "supply",
+        }
+    }
 }
 
 /// Why the controller went to the safe state.
@@ -170,7 +187,8 @@ impl core::fmt::Display for Mode {
 
 /// What an operator can ask for. A command that does not fit the mode changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+pub enum OperatorCommand {
     /// Idle → run.
     Arm,
     /// Run → idle.

@@ -3,7 +3,7 @@
 use crate::codes::{AdcCode, DacCode};
 use crate::config::Config;
 use crate::frozen::FreezeWatch;
-use crate::modes::{Channel, Command, Mode, Reason};
+use crate::modes::{Channel, Mode, OperatorCommand, Reason};
 use crate::plausibility::{ChannelState, Fault, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Voltage};
 use crate::setpoint::SetpointState;
@@ -23,7 +23,7 @@ pub struct Inputs {
     /// `None` counts as a code out of range.
     pub supply: Option<AdcCode>,
     /// A command of the operator, if one arrived since the last tick.
-    pub command: Option<Command>,
+    pub command: Option<OperatorCommand>,
     /// Whether the host has been heard since the last tick.
     pub host_heard: bool,
     /// What the shell found wrong.
@@ -75,7 +75,7 @@ pub struct Telemetry {
 
 /// Everything that one tick hands to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct State {
+pub struct ControllerState {
     mode: Mode,
     reset: Option<Reason>,
     begin: bool,
@@ -92,7 +92,7 @@ pub struct State {
     host_silent: u32,
 }
 
-impl State {
+impl ControllerState {
     /// After power-on or reset: boot, self-test, then idle. A `reset` reason leads to safe instead, latched until the
     /// operator resets the fault.
     #[must_use]
@@ -126,7 +126,7 @@ impl State {
 
 /// Runs one tick.
 #[inline]
-pub fn step(config: &Config, state: &mut State, inputs: Inputs) -> Outputs {
+pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Outputs {
     let fault = judge(config, state, &inputs);
     advance_mode(config, state, inputs.command, fault);
 
@@ -159,7 +159,7 @@ pub fn step(config: &Config, state: &mut State, inputs: Inputs) -> Outputs {
 
 /// What is wrong this tick, the most telling reason first.
 #[inline]
-fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> {
+fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Option<Reason> {
     let testing = !matches!(state.mode, Mode::Run | Mode::Idle);
     // Before the first good reading, nothing tells an end stop from a broken wire.
     let rail_is_fault = config.position_rail_is_fault || testing || !state.position.seen();
@@ -188,7 +188,7 @@ fn judge(config: &Config, state: &mut State, inputs: &Inputs) -> Option<Reason> 
 
     // What forbids running forbids arming too.
     let silent = state.mode == Mode::Run && state.host_silent >= config.command_time_out_ticks;
-    let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(Command::Arm));
+    let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
     None.or(position.map(|fault| reason(fault, Channel::Position)))
         .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
         .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
@@ -218,9 +218,9 @@ fn bucket(level: &mut u16, bad: bool, limit: u16) -> bool {
 }
 
 #[inline]
-fn advance_mode(config: &Config, state: &mut State, command: Option<Command>, fault: Option<Reason>) {
+fn advance_mode(config: &Config, state: &mut ControllerState, command: Option<OperatorCommand>, fault: Option<Reason>) {
     let mode = match (state.mode, fault, command) {
-        (Mode::Safe(_), _, Some(Command::ResetFault)) => {
+        (Mode::Safe(_), _, Some(OperatorCommand::ResetFault)) => {
             for channel in [&mut state.position, &mut state.pressure_a, &mut state.pressure_b, &mut state.supply] {
                 channel.clear();
             }
@@ -243,13 +243,13 @@ fn advance_mode(config: &Config, state: &mut State, command: Option<Command>, fa
                 ticks_left => Mode::SelfTest { ticks_left },
             }
         }
-        (Mode::Idle, None, Some(Command::Arm)) => {
+        (Mode::Idle, None, Some(OperatorCommand::Arm)) => {
             state.begin = true;
             // Silence before arming does not count: a time-out of the host begins now.
             state.host_silent = 0;
             Mode::Run
         }
-        (Mode::Run, None, Some(Command::Disarm)) => Mode::Idle,
+        (Mode::Run, None, Some(OperatorCommand::Disarm)) => Mode::Idle,
         (mode, None, _) => mode,
     };
     state.mode = mode;

@@ -1,7 +1,9 @@
 //! Any codes, any commands, any faults, any configuration that the checks let through: no panic, no code out of range, and
 //! nothing but run moves the valve. The same target is fuzzed in `fuzz/`.
 
-use control::{AdcCode, Command, Config, ExternalFaults, Inputs, Mode, Parameters, Position, State, step};
+use control::{
+    AdcCode, Config, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position, step,
+};
 use proptest::prelude::*;
 
 fn any_number() -> impl Strategy<Value = f32> {
@@ -12,9 +14,9 @@ fn inputs() -> impl Strategy<Value = Inputs> {
     let code = || prop_oneof![any::<u16>(), Just(0), Just(u16::MAX), 30_000_u16..30_010];
     let command = prop_oneof![
         8 => Just(None),
-        1 => Just(Some(Command::Arm)),
-        1 => Just(Some(Command::Disarm)),
-        1 => Just(Some(Command::ResetFault))
+        1 => Just(Some(OperatorCommand::Arm)),
+        1 => Just(Some(OperatorCommand::Disarm)),
+        1 => Just(Some(OperatorCommand::ResetFault))
     ];
     ((code(), code(), code(), prop::option::of(code())), any::<i32>(), command, any::<(bool, [bool; 4])>()).prop_map(
         |(codes, reference, command, (heard, f))| Inputs {
@@ -68,9 +70,9 @@ proptest! {
     ) {
         let Ok(config) = Config::from_parameters(&p) else { return Ok(()) };
         let mut state = match start {
-            0 => State::boot(None),
-            1 => State::boot(Some(control::Reason::Panic)),
-            _ => State::armed(),
+            0 => ControllerState::boot(None),
+            1 => ControllerState::boot(Some(control::Reason::Panic)),
+            _ => ControllerState::armed(),
         };
         for (inputs, repeats) in ticks {
             for _ in 0..repeats {
@@ -81,11 +83,11 @@ proptest! {
                 if outputs.mode != Mode::Run {
                     prop_assert_eq!(outputs.dac, config.safe_code());
                 }
-                if matches!(before, Mode::Safe(_)) && inputs.command != Some(Command::ResetFault) {
+                if matches!(before, Mode::Safe(_)) && inputs.command != Some(OperatorCommand::ResetFault) {
                     prop_assert_eq!(outputs.mode, before);
                 }
                 if outputs.mode == Mode::Run && before != Mode::Run {
-                    prop_assert!(before == Mode::Idle && inputs.command == Some(Command::Arm));
+                    prop_assert!(before == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
                 }
             }
         }
@@ -152,7 +154,7 @@ proptest! {
             };
             *slot = *value;
             if let Ok(config) = Config::from_parameters(&p) {
-                let outputs = step(&config, &mut State::armed(), Inputs::default());
+                let outputs = step(&config, &mut ControllerState::armed(), Inputs::default());
                 prop_assert!(outputs.dac <= config.dac_scale().max_code());
             }
         }

@@ -1,6 +1,6 @@
 //! The inverse dead zone: continuous, monotone, quiet, saturated.
 
-use control::{AdcCode, Config, Inputs, Outputs, Parameters, Position, State, Voltage, step};
+use control::{AdcCode, Config, ControllerState, Inputs, Outputs, Parameters, Position, Voltage, step};
 use proptest::prelude::*;
 
 fn real_valve() -> Parameters {
@@ -17,7 +17,7 @@ fn tick(config: &Config, reference: Position, position: u16) -> Outputs {
         supply: Some(healthy),
         ..Inputs::default()
     };
-    step(config, &mut State::armed(), inputs)
+    step(config, &mut ControllerState::armed(), inputs)
 }
 
 /// The valve (3.1).

@@ -2,11 +2,11 @@
 
 mod bench;
 use bench::Bench;
-use control::{AdcCode, Command, Config, DacCode, Mode, Parameters, Position, Reason, State};
+use control::{AdcCode, Config, ControllerState, DacCode, Mode, OperatorCommand, Parameters, Position, Reason};
 
 #[test]
 fn power_on_leads_through_self_test_to_idle_and_stays_there_with_the_valve_at_mid() {
-    let mut bench = Bench::new(&Parameters::default(), State::boot(None));
+    let mut bench = Bench::new(&Parameters::default(), ControllerState::boot(None));
     assert_eq!(bench.state.mode(), Mode::Boot);
     for n in 0..101 {
         let outputs = bench.tick(|_| ());
@@ -19,10 +19,10 @@ fn power_on_leads_through_self_test_to_idle_and_stays_there_with_the_valve_at_mi
 #[test]
 fn a_reset_caused_by_a_fault_is_latched_and_never_leads_to_run_by_itself() {
     for reason in [Reason::WatchdogReset, Reason::StackOverflow, Reason::Panic] {
-        let mut bench = Bench::new(&Parameters::default(), State::boot(Some(reason)));
+        let mut bench = Bench::new(&Parameters::default(), ControllerState::boot(Some(reason)));
         assert_eq!(bench.run(1000), Mode::Safe(reason));
-        assert_eq!(bench.command(Command::Arm), Mode::Safe(reason));
-        bench.command(Command::ResetFault);
+        assert_eq!(bench.command(OperatorCommand::Arm), Mode::Safe(reason));
+        bench.command(OperatorCommand::ResetFault);
         assert_eq!(bench.run(101), Mode::Idle);
     }
 }
@@ -33,13 +33,13 @@ fn safe_is_left_only_by_reset_fault_and_run_is_reached_only_by_arming_anew() {
     bench.run(10);
     let (_, word) = bench.until_safe(100, |_, inputs| inputs.pressure_a = AdcCode(0));
     assert_eq!(word, "safe:pressure-a-range");
-    for command in [Command::Arm, Command::Disarm] {
+    for command in [OperatorCommand::Arm, OperatorCommand::Disarm] {
         assert_eq!(bench.command(command).to_string(), word, "the latch holds although the sensor is healthy again");
     }
-    assert!(matches!(bench.command(Command::ResetFault), Mode::SelfTest { .. }));
+    assert!(matches!(bench.command(OperatorCommand::ResetFault), Mode::SelfTest { .. }));
     assert_eq!(bench.run(1000), Mode::Idle);
-    assert_eq!(bench.command(Command::Arm), Mode::Run);
-    assert_eq!(bench.command(Command::Disarm), Mode::Idle);
+    assert_eq!(bench.command(OperatorCommand::Arm), Mode::Run);
+    assert_eq!(bench.command(OperatorCommand::Disarm), Mode::Idle);
 }
 
 #[test]
@@ -50,47 +50,47 @@ fn resetting_a_fault_that_is_still_there_ends_in_safe_again() {
     let (_, word) = bench.until_safe(100, |_, inputs| dead(inputs));
     bench.tick(|inputs| {
         dead(inputs);
-        inputs.command = Some(Command::ResetFault);
+        inputs.command = Some(OperatorCommand::ResetFault);
     });
     assert_eq!(bench.until_safe(6, |_, inputs| dead(inputs)).1, word);
 }
 
 #[test]
 fn commands_that_do_not_fit_the_mode_change_nothing() {
-    let mut bench = Bench::new(&Parameters::default(), State::boot(None));
+    let mut bench = Bench::new(&Parameters::default(), ControllerState::boot(None));
     bench.run(50);
-    assert!(matches!(bench.command(Command::Arm), Mode::SelfTest { .. }));
+    assert!(matches!(bench.command(OperatorCommand::Arm), Mode::SelfTest { .. }));
     bench.run(60);
-    assert_eq!(bench.command(Command::Disarm), Mode::Idle);
-    assert_eq!(bench.command(Command::ResetFault), Mode::Idle);
-    bench.command(Command::Arm);
-    assert_eq!(bench.command(Command::Arm), Mode::Run);
-    assert_eq!(bench.command(Command::ResetFault), Mode::Run);
+    assert_eq!(bench.command(OperatorCommand::Disarm), Mode::Idle);
+    assert_eq!(bench.command(OperatorCommand::ResetFault), Mode::Idle);
+    bench.command(OperatorCommand::Arm);
+    assert_eq!(bench.command(OperatorCommand::Arm), Mode::Run);
+    assert_eq!(bench.command(OperatorCommand::ResetFault), Mode::Run);
 }
 
 #[test]
 fn only_run_moves_the_valve() {
     let p = Parameters { safe_voltage_v: Some(-0.5), ..Parameters::default() };
-    let mut bench = Bench::new(&p, State::boot(None));
+    let mut bench = Bench::new(&p, ControllerState::boot(None));
     let safe = bench.config.safe_code();
     assert_eq!(safe, DacCode(1843));
     for _ in 0..200 {
         assert_eq!(bench.tick(|_| ()).dac, safe);
     }
-    let outputs = bench.tick(|inputs| inputs.command = Some(Command::Arm));
+    let outputs = bench.tick(|inputs| inputs.command = Some(OperatorCommand::Arm));
     assert_eq!(outputs.mode, Mode::Run);
     assert_eq!(outputs.dac, DacCode(2211)); // 4 V/m · 0.1 m
-    assert_eq!(bench.tick(|inputs| inputs.command = Some(Command::Disarm)).dac, safe);
+    assert_eq!(bench.tick(|inputs| inputs.command = Some(OperatorCommand::Disarm)).dac, safe);
 }
 
 #[test]
 fn a_limited_reference_starts_where_the_piston_is() {
     let p = Parameters { setpoint_velocity_m_per_s: Some(0.1), ..Parameters::default() };
-    let mut bench = Bench::new(&p, State::boot(None));
+    let mut bench = Bench::new(&p, ControllerState::boot(None));
     bench.run(200);
     bench.inputs.position = AdcCode(32_768 + 200); // moved by hand while idle
     bench.run(100);
-    let outputs = bench.tick(|inputs| inputs.command = Some(Command::Arm));
+    let outputs = bench.tick(|inputs| inputs.command = Some(OperatorCommand::Arm));
     let start = bench.config.scales().0.position(AdcCode(32_968));
     assert!((outputs.telemetry.reference - start).abs() <= Position::from_num(1.01e-4));
 }
@@ -102,10 +102,10 @@ fn the_host_may_be_silent_unless_a_time_out_is_set() {
     assert_eq!(bench.run(100_000), Mode::Run);
 
     let p = Parameters { command_time_out_s: Some(0.5), ..Parameters::default() };
-    let mut bench = Bench::new(&p, State::boot(None));
+    let mut bench = Bench::new(&p, ControllerState::boot(None));
     bench.inputs.host_heard = false;
     assert_eq!(bench.run(2000), Mode::Idle, "silence counts while running only");
-    bench.command(Command::Arm);
+    bench.command(OperatorCommand::Arm);
     assert_eq!(bench.run(498), Mode::Run);
     bench.tick(|inputs| inputs.host_heard = true);
     assert_eq!(bench.run(499), Mode::Run);
@@ -143,10 +143,10 @@ fn the_monitors_word_is_taken_at_once() {
 
 #[test]
 fn low_supply_trips_in_run_only() {
-    let mut bench = Bench::new(&Parameters::default(), State::boot(None));
+    let mut bench = Bench::new(&Parameters::default(), ControllerState::boot(None));
     bench.inputs.supply = Some(AdcCode(20_000)); // 3.05 bar: air still off
     assert_eq!(bench.run(1000), Mode::Idle);
-    assert_eq!(bench.command(Command::Arm).to_string(), "safe:supply-low");
+    assert_eq!(bench.command(OperatorCommand::Arm).to_string(), "safe:supply-low");
 }
 
 #[test]

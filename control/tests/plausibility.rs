@@ -38,7 +38,7 @@ fn a_missing_supply_code_counts_as_a_dead_sensor_unless_there_is_none() {
     bench.inputs.supply = None;
     assert_eq!(bench.run(6).to_string(), "safe:supply-range");
     let p = Parameters { supply_sensor: false, ..Parameters::default() };
-    let mut bench = Bench::new(&p, control::State::armed());
+    let mut bench = Bench::new(&p, control::ControllerState::armed());
     bench.inputs.supply = None;
     assert_eq!(bench.run(1000), Mode::Run);
 }
@@ -125,7 +125,7 @@ fn a_noisy_channel_that_freezes_is_caught_in_15_ms() {
 #[test]
 fn a_noisy_channel_that_freezes_is_caught_at_10_khz_too() {
     let p = Parameters { tick_hz: 10_000, ..Parameters::default() };
-    let mut bench = Bench::new(&p, control::State::armed()).noisy(3);
+    let mut bench = Bench::new(&p, control::ControllerState::armed()).noisy(3);
     bench.run(10_000);
     let (ticks, word) = bench.until_safe(1000, |_, inputs| inputs.position = AdcCode(32_768));
     assert!((150..=151).contains(&ticks), "{ticks}");
@@ -192,7 +192,7 @@ fn the_end_stop_at_the_end_of_the_sensors_range_may_be_reached_by_moving_there()
 #[test]
 fn with_a_margin_the_end_of_the_range_is_a_fault_however_it_was_reached() {
     let p = Parameters { position_margin_m: 0.005, ..Parameters::default() };
-    let mut bench = Bench::new(&p, control::State::armed());
+    let mut bench = Bench::new(&p, control::ControllerState::armed());
     let (_, word) =
         bench.until_safe(5000, |n, inputs| inputs.position = AdcCode(32_768_usize.saturating_sub(30 * n) as u16));
     assert_eq!(word, "safe:position-range");
@@ -200,7 +200,7 @@ fn with_a_margin_the_end_of_the_range_is_a_fault_however_it_was_reached() {
 
 #[test]
 fn the_self_test_does_not_accept_a_position_sensor_at_its_rail() {
-    let mut bench = Bench::new(&Parameters::default(), control::State::boot(None));
+    let mut bench = Bench::new(&Parameters::default(), control::ControllerState::boot(None));
     bench.inputs.position = AdcCode(0);
     assert_eq!(bench.run(10).to_string(), "safe:position-range");
 }
@@ -235,7 +235,7 @@ fn a_quiet_position_that_crept_may_stop() {
 #[test]
 fn a_coarse_sensors_steps_are_not_taken_for_move_and_freeze() {
     let p = Parameters { adc_bits: 10, ..Parameters::default() };
-    let mut bench = Bench::new(&p, control::State::armed());
+    let mut bench = Bench::new(&p, control::ControllerState::armed());
     (bench.inputs.pressure_a, bench.inputs.pressure_b) = (AdcCode(370), AdcCode(370));
     bench.inputs.supply = Some(AdcCode(716));
     // 0.02 m/s: a step of one code, about 1 mm, every 49 ms

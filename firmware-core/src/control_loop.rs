@@ -1,14 +1,19 @@
-//! One tick, from converter codes to the valve code. Everything here runs in the control interrupt: no allocation, no
-//! waiting, no logging, no division, and no float outside bench mode and the model monitor.
+//! One tick, from converter codes to the valve code: the only one there is. The control interrupt calls
+//! [`ControlLoop::tick`] and [`ControlLoop::watch`], and so do the guest under QEMU, the scenarios, the simulated closed loop
+//! and the co-process: what is simulated is what ships.
+//!
+//! Everything here runs in the control interrupt: no allocation, no waiting, no logging, no division, and no float outside
+//! bench mode and the model monitor.
 
 use control::{
-    AdcCode, Command, Config, ExternalFaults, Inputs, Mode, Outputs, Position, Pressure, Reason, State, Telemetry,
-    Voltage,
+    AdcCode, Config, ConfigError, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position,
+    Pressure, Reason, Telemetry, Voltage,
 };
-use monitor::{Monitor, Readings};
+use monitor::{Monitor, MonitorError, MonitorParameters, Readings, Verdict};
+use plant_model::Plant;
 
 use crate::bench::BenchPlant;
-use crate::generator::Course;
+use crate::course::Course;
 use crate::record::{Record, mode_number};
 
 /// What the background asks of the loop, through a queue; at most one is taken per tick.
@@ -16,8 +21,8 @@ use crate::record::{Record, mode_number};
 #[allow(clippy::large_enum_variant, reason = "there is no allocator, and orders are rare")]
 pub enum Order {
     /// A command of the operator.
-    Command(Command),
-    /// Another setpoint generator.
+    Command(OperatorCommand),
+    /// Another course of the setpoint.
     Course(Course),
     /// Other parameters. Not while running; the self-test follows.
     Configure(Setup),
@@ -40,9 +45,62 @@ pub struct Setup {
     pub every: u32,
 }
 
+/// What the model monitor of a loop is made of.
+#[derive(Clone, Debug)]
+pub struct MonitorSetup {
+    /// The plant as the controller knows it.
+    pub plant: Plant<f32>,
+    /// What the monitor allows.
+    pub parameters: MonitorParameters,
+    /// Whether its verdict trips; else it is only told.
+    pub trips: bool,
+    /// Whole ticks from a sample to the valve taking the code that answers it: one on the board, where a timer latches it.
+    pub output_delay_ticks: u8,
+}
+
+/// Why a loop cannot be set up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SetupError {
+    /// The control law refuses a parameter.
+    Control(ConfigError),
+    /// The model monitor refuses a parameter.
+    Monitor(MonitorError),
+}
+
+impl core::fmt::Display for SetupError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Control(error) => write!(f, "{error}"),
+            Self::Monitor(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+impl core::error::Error for SetupError {}
+
+impl Setup {
+    /// For a control law's parameters and, where a model of the plant is known, its monitor. One telemetry record every
+    /// `every` ticks, at least 1.
+    ///
+    /// # Errors
+    /// The first parameter of the law or of the monitor that is out of range.
+    pub fn new(parameters: &Parameters, monitor: Option<MonitorSetup>, every: u32) -> Result<Self, SetupError> {
+        let config = Config::from_parameters(parameters).map_err(SetupError::Control)?;
+        let tick_s = 1.0 / parameters.tick_hz as f32;
+        let monitor_trips = monitor.as_ref().is_some_and(|monitor| monitor.trips);
+        let monitor = match monitor {
+            None => None,
+            Some(MonitorSetup { plant, parameters, output_delay_ticks, .. }) => {
+                Some(Monitor::for_plant(plant, &parameters, tick_s, output_delay_ticks).map_err(SetupError::Monitor)?)
+            }
+        };
+        Ok(Self { config, monitor, monitor_trips, every: every.max(1) })
+    }
+}
+
 /// What a tick yields.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tick {
+pub struct LoopTick {
     /// What to write to the valve: the control law's code, or the safe code in bench mode.
     pub valve: u16,
     /// For telemetry; its stamps are still zero.
@@ -52,10 +110,10 @@ pub struct Tick {
 }
 
 /// The loop with everything it remembers.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct ControlLoop {
     setup: Setup,
-    state: State,
+    state: ControllerState,
     disagreement: bool,
     warned: bool,
     previous_u_v: f32,
@@ -63,7 +121,7 @@ pub struct ControlLoop {
     course: Course,
     bench: Option<BenchPlant>,
     latched: u16,
-    command: Option<Command>,
+    command: Option<OperatorCommand>,
     dac: u16,
     reference: Position,
     tick: u32,
@@ -76,12 +134,12 @@ impl ControlLoop {
     /// A loop about to boot. `reset` is why the last run ended, if that needs acknowledging.
     #[must_use]
     pub fn new(setup: Setup, reset: Option<Reason>) -> Self {
-        Self::in_state(setup, State::boot(reset))
+        Self::in_state(setup, ControllerState::boot(reset))
     }
 
-    /// The same in any state: for lock-step comparison with the desktop.
+    /// The same in any state: for simulation and co-processes, where no one is there to arm.
     #[must_use]
-    pub fn in_state(setup: Setup, state: State) -> Self {
+    pub fn in_state(setup: Setup, state: ControllerState) -> Self {
         let dac = setup.config.safe_code().0;
         Self {
             setup,
@@ -115,6 +173,12 @@ impl ControlLoop {
         self.state.mode()
     }
 
+    /// Everything that the control law remembers.
+    #[must_use]
+    pub fn state(&self) -> &ControllerState {
+        &self.state
+    }
+
     /// Whether air may be let to the valve: while idle or running, never on the bench.
     #[inline]
     #[must_use]
@@ -130,7 +194,7 @@ impl ControlLoop {
 
     /// Runs one tick; [`ControlLoop::watch`] follows when the valve is written.
     #[inline]
-    pub fn tick(&mut self, codes: [u16; 4], faults: ExternalFaults, host_heard: bool) -> Tick {
+    pub fn tick(&mut self, codes: [u16; 4], faults: ExternalFaults, host_heard: bool) -> LoopTick {
         let command = self.command.take();
         let codes = match &mut self.bench {
             Some(bench) => {
@@ -149,9 +213,11 @@ impl ControlLoop {
             supply: Some(supply),
             command,
             host_heard,
-            faults,
+            // The monitor's verdict of the tick before.
+            faults: ExternalFaults { model_disagreement: self.disagreement && self.setup.monitor_trips, ..faults },
         };
-        let outputs = self.step(inputs);
+        let outputs = control::step(&self.setup.config, &mut self.state, inputs);
+        self.seen = outputs.telemetry;
         let held = core::mem::replace(&mut self.dac, outputs.dac.0);
         self.reference = outputs.telemetry.reference;
         self.tick = self.tick.wrapping_add(1);
@@ -175,30 +241,34 @@ impl ControlLoop {
             stamps: [0; 3],
         };
         self.sequence = self.sequence.wrapping_add(u32::from(record_due));
-        Tick { valve: if self.bench.is_some() { self.safe_code() } else { self.dac }, record, record_due }
+        LoopTick { valve: if self.bench.is_some() { self.safe_code() } else { self.dac }, record, record_due }
     }
 
-    /// The control law with the monitor's verdict of the tick before; all that lock-step comparison needs.
+    /// The setpoint of the coming ticks, for callers that have their own course of it.
     #[inline]
-    pub fn step(&mut self, inputs: Inputs) -> Outputs {
-        let disagreement = self.disagreement && self.setup.monitor_trips;
-        let faults = ExternalFaults { model_disagreement: disagreement, ..inputs.faults };
-        let outputs = control::step(&self.setup.config, &mut self.state, Inputs { faults, ..inputs });
-        self.seen = outputs.telemetry;
-        outputs
+    pub fn hold(&mut self, reference: Position) {
+        self.course = Course::Hold(reference);
     }
 
-    /// As after a reset of the chip for `reason`, with the same setup: for lock-step comparison with the desktop.
+    /// As after a reset of the chip for `reason`, with the same setup: the valve is at the safe code at once, latch and all.
     pub fn reboot(&mut self, reason: Reason) {
-        self.state = State::boot(Some(reason));
+        self.state = ControllerState::boot(Some(reason));
         self.disagreement = false;
+        self.dac = self.safe_code();
     }
 
-    /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick.
+    /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick. Returns
+    /// whether it sees a contradiction.
     ///
     /// Never inlined: apart from bench mode it is the only float in the control interrupt, and can be told apart so.
     #[inline(never)]
     pub fn watch(&mut self) -> bool {
+        self.watch_and(|_| ())
+    }
+
+    /// The same, showing `see` what the monitor finds while the loop runs.
+    #[inline]
+    pub fn watch_and(&mut self, see: impl FnOnce(&Verdict)) -> bool {
         let Some(monitor) = &mut self.setup.monitor else { return false };
         // The types' own conversions round the same way, in ten times the instructions.
         let pascals =
@@ -211,7 +281,9 @@ impl ControlLoop {
         };
         let u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
         if self.state.mode() == Mode::Run {
-            self.disagreement = monitor.step(&readings, self.previous_u_v).disagreement;
+            let verdict = monitor.step(&readings, self.previous_u_v);
+            see(&verdict);
+            self.disagreement = verdict.disagreement;
         } else {
             monitor.restart(u_v);
             self.disagreement = false;
@@ -228,7 +300,7 @@ impl ControlLoop {
         let running = self.state.mode() == Mode::Run;
         match order {
             Order::Command(command) => {
-                if *command == Command::Arm {
+                if *command == OperatorCommand::Arm {
                     // The setpoint of an earlier run must not move the piston of this one.
                     self.course = Course::Hold(self.reference);
                 }
@@ -257,7 +329,7 @@ impl ControlLoop {
     #[inline]
     fn test_anew(&mut self) {
         if !matches!(self.state.mode(), Mode::Safe(_)) {
-            self.state = State::boot(None);
+            self.state = ControllerState::boot(None);
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Commands → answers, and orders for the control loop. The desk decides; the shell carries bytes, orders and flash.
 
 use board_link::{Command, Refusal, Reply, StateWord, Status, TextWord, Version};
-use control::{Command as ControlCommand, Mode};
+use control::{Mode, OperatorCommand};
 
 use crate::bench::BenchPlant;
 use crate::control_loop::Order;
-use crate::generator::Course;
+use crate::course::Course;
 use crate::settings::Settings;
 use crate::snapshot::Snapshot;
 
@@ -94,15 +94,15 @@ impl Desk {
             Command::LastFault => Ok(Action::Reply(Reply::Text(self.last_fault.clone()))),
             Command::Arm => {
                 only_in(mode == Mode::Idle)?;
-                order(ControlCommand::Arm, OrderOutcome::Running)
+                order(OperatorCommand::Arm, OrderOutcome::Running)
             }
             Command::Disarm => {
                 only_in(mode == Mode::Run)?;
-                order(ControlCommand::Disarm, OrderOutcome::Idle)
+                order(OperatorCommand::Disarm, OrderOutcome::Idle)
             }
             Command::Acknowledge => {
                 only_in(matches!(mode, Mode::Safe(_)))?;
-                order(ControlCommand::ResetFault, OrderOutcome::NotSafe)
+                order(OperatorCommand::ResetFault, OrderOutcome::NotSafe)
             }
             Command::Generate(generator) => {
                 let course = Course::prepare(&generator, self.tick_hz).map_err(Refusal::Generator)?;

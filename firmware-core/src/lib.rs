@@ -12,8 +12,8 @@
 //!
 //! | idea | file |
 //! | --- | --- |
-//! | one tick: generator, (bench plant,) control law, record, model monitor | `control_loop.rs` |
-//! | what drives the setpoint | `generator.rs` |
+//! | one tick: setpoint, (bench plant,) control law, record, model monitor | `control_loop.rs` |
+//! | where the setpoint goes | `course.rs` |
 //! | sums of oversampled conversions → codes | `oversampled.rs` |
 //! | the simulated plant in place of sensors and valve | `bench.rs` |
 //! | what one tick leaves for telemetry | `record.rs` |
@@ -30,8 +30,8 @@
 
 mod bench;
 mod control_loop;
+mod course;
 mod desk;
-mod generator;
 #[cfg(feature = "lockstep")]
 pub mod lockstep;
 mod oversampled;
@@ -45,13 +45,13 @@ mod telemetry_lines;
 mod timing;
 
 pub use bench::BenchPlant;
-pub use control_loop::{ControlLoop, Order, Setup, Tick};
+pub use control_loop::{ControlLoop, LoopTick, MonitorSetup, Order, Setup, SetupError};
+pub use course::Course;
 pub use desk::{Action, Desk, OrderOutcome};
-pub use generator::Course;
 pub use oversampled::code_of_sum;
 pub use record::{Record, mode_from_number, mode_number};
 pub use settings::{Settings, SettingsError};
-pub use snapshot::{Readings, Snapshot};
+pub use snapshot::{Snapshot, SnapshotValues};
 pub use store::{Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
 #[cfg(feature = "defmt")]

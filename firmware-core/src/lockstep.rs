@@ -4,13 +4,13 @@
 //! guest answers [`ACCEPTED`] or [`REFUSED`]. Then one `TickMessage` of the host is answered by one `Answer`, until the
 //! host sends a message that starts with [`END`], which the guest answers with [`Counts`].
 
-use control::{AdcCode, Command, ExternalFaults, Inputs, Mode, Parameters, Position, State};
-use monitor::{Monitor, MonitorParameters};
-use plant_model::{Cylinder, Effect, Effects, Friction, Gas, Load, Rig, Supply, Valve};
+use control::{AdcCode, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position};
+use monitor::MonitorParameters;
+use plant_model::{Cylinder, Effect, Effects, Friction, Gas, Load, Plant, Rig, Supply, Valve};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchPlant;
-use crate::control_loop::Setup;
+use crate::control_loop::{ControlLoop, MonitorSetup, Order, Setup};
 use crate::record::{mode_from_number, mode_number};
 
 /// First byte of the guest.
@@ -30,7 +30,7 @@ pub const TICK_BYTES: usize = 16;
 /// Bytes of an `Answer`.
 pub const ANSWER_BYTES: usize = 4;
 /// Bytes of [`Counts`].
-pub const COUNTS_BYTES: usize = 40;
+pub const COUNTS_BYTES: usize = 28;
 /// Longest setup.
 pub const SETUP_BYTES: usize = 1024;
 
@@ -51,7 +51,7 @@ pub struct SetupMessage {
     pub armed: bool,
     /// One telemetry record every so many ticks; 0: none.
     pub every: u32,
-    /// Bench mode: the guest's own plant in place of the codes of the ticks.
+    /// Bench mode: the guest's own plant in place of the codes of the ticks; for a loop that boots, as one that runs refuses it.
     pub bench: bool,
 }
 
@@ -131,29 +131,27 @@ pub fn effect_numbers(effects: &Effects<f32>) -> heapless::Vec<(u8, [f32; 3]), {
 }
 
 impl SetupMessage {
-    /// The plant of bench mode. `None` if the numbers describe no physical rig.
+    /// The loop that the guest runs. `None` if a number is out of range.
     #[must_use]
-    pub fn bench_plant(&self) -> Option<BenchPlant> {
-        BenchPlant::of_rig(&rig_of(&self.rig), &self.parameters)
-    }
-
-    /// What the guest runs with. `None` if a number is out of range.
-    #[must_use]
-    pub fn into_setup(self) -> Option<(Setup, State)> {
-        let config = control::Config::from_parameters(&self.parameters).ok()?;
-        let monitor = match &self.monitor {
+    pub fn into_loop(self) -> Option<ControlLoop> {
+        let monitor = match self.monitor {
             None => None,
             Some(parameters) => {
                 let mut effects = Effects::none();
                 for (index, values) in &self.effects {
                     effects.set(Effect::ALL.get(usize::from(*index)).copied()?, values);
                 }
-                let tick_s = (1.0 / f64::from(self.parameters.tick_hz)) as f32;
-                Some(Monitor::new(&rig_of(&self.rig), &effects, parameters, tick_s, self.output_delay_ticks).ok()?)
+                let plant = Plant::new(&rig_of(&self.rig), &effects).ok()?;
+                Some(MonitorSetup { plant, parameters, trips: true, output_delay_ticks: self.output_delay_ticks })
             }
         };
-        let state = if self.armed { State::armed() } else { State::boot(None) };
-        Some((Setup { config, monitor, monitor_trips: true, every: self.every.max(1) }, state))
+        let setup = Setup::new(&self.parameters, monitor, self.every).ok()?;
+        let state = if self.armed { ControllerState::armed() } else { ControllerState::boot(None) };
+        let mut control_loop = ControlLoop::in_state(setup, state);
+        if self.bench {
+            control_loop.order(&Order::BenchOn(BenchPlant::of_rig(&rig_of(&self.rig), &self.parameters)?));
+        }
+        Some(control_loop)
     }
 }
 
@@ -174,7 +172,8 @@ pub fn encode_setup(setup: &SetupMessage) -> Option<heapless::Vec<u8, { SETUP_BY
     Some(bytes)
 }
 
-const COMMANDS: [Option<Command>; 4] = [None, Some(Command::Arm), Some(Command::Disarm), Some(Command::ResetFault)];
+const COMMANDS: [Option<OperatorCommand>; 4] =
+    [None, Some(OperatorCommand::Arm), Some(OperatorCommand::Disarm), Some(OperatorCommand::ResetFault)];
 
 /// Writes the inputs of one tick.
 #[must_use]
@@ -235,18 +234,16 @@ pub fn decode_answer(answer: [u8; ANSWER_BYTES]) -> Option<(u16, Mode)> {
 pub struct Counts {
     /// Ticks counted.
     pub ticks: u32,
-    /// Fewest, sum, most of the control law.
-    pub law: [u32; 3],
-    /// Fewest, sum, most of law and monitor together.
+    /// Fewest, sum, most of [`ControlLoop::tick`], the plant of bench mode included.
+    pub tick: [u32; 3],
+    /// Fewest, sum, most of tick and monitor together.
     pub all: [u32; 3],
-    /// Fewest, sum, most of the plant of bench mode; zero without it.
-    pub bench: [u32; 3],
 }
 
 impl Counts {
     /// Takes one tick into account.
-    pub fn add(&mut self, law: u32, all: u32, bench: u32) {
-        for ([least, sum, most], count) in [(&mut self.law, law), (&mut self.all, all), (&mut self.bench, bench)] {
+    pub fn add(&mut self, tick: u32, all: u32) {
+        for ([least, sum, most], count) in [(&mut self.tick, tick), (&mut self.all, all)] {
             *least = if self.ticks == 0 { count } else { count.min(*least) };
             *sum = sum.saturating_add(count);
             *most = count.max(*most);
@@ -257,8 +254,8 @@ impl Counts {
     /// As bytes.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; COUNTS_BYTES] {
-        let ([l0, l1, l2], [a0, a1, a2], [b0, b1, b2]) = (self.law, self.all, self.bench);
-        let words = [self.ticks, l0, l1, l2, a0, a1, a2, b0, b1, b2];
+        let ([t0, t1, t2], [a0, a1, a2]) = (self.tick, self.all);
+        let words = [self.ticks, t0, t1, t2, a0, a1, a2];
         let mut bytes = [0; COUNTS_BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
@@ -269,11 +266,11 @@ impl Counts {
     /// From bytes.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; COUNTS_BYTES]) -> Self {
-        let mut words = [0; 10];
+        let mut words = [0; 7];
         for (word, place) in words.iter_mut().zip(bytes.chunks_exact(4)) {
             *word = place.iter().rev().fold(0, |sum, byte| sum << 8 | u32::from(*byte));
         }
-        let [ticks, l0, l1, l2, a0, a1, a2, b0, b1, b2] = words;
-        Self { ticks, law: [l0, l1, l2], all: [a0, a1, a2], bench: [b0, b1, b2] }
+        let [ticks, t0, t1, t2, a0, a1, a2] = words;
+        Self { ticks, tick: [t0, t1, t2], all: [a0, a1, a2] }
     }
 }

@@ -24,7 +24,7 @@ pub struct Snapshot {
 
 /// A copy of everything in a [`Snapshot`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Readings {
+pub struct SnapshotValues {
     /// Ticks since start.
     pub ticks: u32,
     /// Position, p_a, p_b, p_sup.
@@ -132,12 +132,12 @@ impl Snapshot {
 
     /// Everything.
     #[must_use]
-    pub fn read(&self) -> Readings {
+    pub fn read(&self) -> SnapshotValues {
         let (first, second) = (self.position_and_a.load(Relaxed), self.b_and_supply.load(Relaxed));
         let mode_and_dac = self.mode_and_dac.load(Relaxed);
         let halves = |word: u32| [(word >> 16) as u16, word as u16];
         let ([position, a], [b, supply]) = (halves(first), halves(second));
-        Readings {
+        SnapshotValues {
             ticks: self.ticks(),
             codes: [position, a, b, supply],
             mode: self.mode(),

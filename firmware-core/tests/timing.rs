@@ -1,6 +1,6 @@
 //! The interrupt's clock: what it calls a timing fault, and what the loop makes of several in a row.
 
-use control::{ExternalFaults, Mode, Reason, State};
+use control::{ControllerState, ExternalFaults, Mode, Reason};
 use firmware_core::{ControlLoop, Settings, Timing};
 
 /// 1 kHz at 170 MHz.
@@ -21,7 +21,8 @@ const OVERRAN: Seen = Seen { overran: true, ..GOOD };
 
 /// The interrupt's sequence of calls, armed from the beginning; the cycle counter wraps on the way.
 fn mode_after(ticks: impl IntoIterator<Item = Seen>) -> Mode {
-    let mut control_loop = ControlLoop::in_state(Settings::default().setup().expect("defaults"), State::armed());
+    let mut control_loop =
+        ControlLoop::in_state(Settings::default().setup().expect("defaults"), ControllerState::armed());
     let mut timing = Timing::new(TICK);
     let mut entry = u32::MAX - 10 * TICK;
     for (n, seen) in ticks.into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The guest: setup, then tick for tick.
 
-use control::{AdcCode, Reason};
+use control::Reason;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use defmt_semihosting as _;
@@ -9,7 +9,7 @@ use embassy_futures::yield_now;
 use firmware_core::lockstep::{
     ACCEPTED, Counts, READY, REFUSED, SETUP_BYTES, SetupMessage, TICK_BYTES, WATCHDOG_RESET, decode_tick, encode_answer,
 };
-use firmware_core::{ControlLoop, Record, Scales, mode_number, send_record};
+use firmware_core::{Order, Record, Scales, send_record};
 use heapless::spsc::{Consumer, Queue};
 use semihosting::c;
 use semihosting::fs::File;
@@ -88,23 +88,13 @@ async fn main(spawner: Spawner) {
     let message = must(buffer.get_mut(..usize::from(u16::from_le_bytes(length))).ok_or(()), "take a setup this long");
     read_all(&mut input, message);
     let setup = firmware_core::lockstep::decode_setup(message);
-    let delayed = setup.as_ref().is_some_and(|setup: &SetupMessage| setup.output_delay_ticks > 0);
     let every = setup.as_ref().map_or(0, |setup: &SetupMessage| setup.every);
     if let (Some(setup), true) = (&setup, every > 0) {
         Scales::of_parameters(&setup.parameters, every).send();
     }
-    let bench = setup.as_ref().filter(|setup: &&SetupMessage| setup.bench).map(SetupMessage::bench_plant);
-    let Some((setup, state)) = setup.and_then(SetupMessage::into_setup) else {
+    let Some(mut control_loop) = setup.and_then(SetupMessage::into_loop) else {
         write_all(&mut output, &[REFUSED]);
         semihosting::process::exit(2)
-    };
-    let mut bench = match bench {
-        None => None,
-        Some(Some(plant)) => Some(plant),
-        Some(None) => {
-            write_all(&mut output, &[REFUSED]);
-            semihosting::process::exit(2)
-        }
     };
     write_all(&mut output, &[ACCEPTED]);
 
@@ -114,11 +104,7 @@ async fn main(spawner: Spawner) {
 
     let start = SYST::get_current();
     let overhead = since(start);
-    let mut control_loop = ControlLoop::in_state(setup, state);
     let mut counts = Counts::default();
-    let (mut tick, mut sequence, mut last_mode) = (0_u32, 0_u32, u16::MAX);
-    let mut last_dac = control_loop.safe_code();
-    let mut latched = last_dac;
     loop {
         let mut message = [0; TICK_BYTES];
         read_all(&mut input, &mut message);
@@ -126,55 +112,24 @@ async fn main(spawner: Spawner) {
             control_loop.reboot(Reason::WatchdogReset);
             continue;
         }
-        let Some(mut inputs) = decode_tick(&message) else { break };
-        let start = SYST::get_current();
-        if let Some(plant) = &mut bench {
-            let [position, a, b, supply] = plant.advance(latched).map(AdcCode);
-            (inputs.position, inputs.pressure_a, inputs.pressure_b) = (position, a, b);
-            inputs.supply = Some(supply);
+        let Some(inputs) = decode_tick(&message) else { break };
+        if let Some(command) = inputs.command {
+            control_loop.order(&Order::Command(command));
         }
-        let simulated = since(start);
+        control_loop.hold(inputs.reference);
+        let codes = [inputs.position, inputs.pressure_a, inputs.pressure_b, inputs.supply.unwrap_or_default()];
         let start = SYST::get_current();
-        let outputs = control_loop.step(inputs);
-        let law = since(start);
+        let tick = control_loop.tick(codes.map(|code| code.0), inputs.faults, inputs.host_heard);
+        let ticked = since(start);
         control_loop.watch();
         let all = since(start);
-        counts.add(
-            instructions(law.saturating_sub(overhead)),
-            instructions(all.saturating_sub(2 * overhead)),
-            instructions(simulated.saturating_sub(overhead)),
-        );
-        // The valve takes a code one tick late, as on the board.
-        latched = last_dac;
-        write_all(&mut output, &encode_answer(outputs.dac.0, outputs.mode));
-
-        tick = tick.wrapping_add(1);
-        let mode = mode_number(outputs.mode);
-        let event = mode != last_mode;
-        last_mode = mode;
-        if every > 0 && (event || tick.is_multiple_of(every)) {
-            let record = Record {
-                tick,
-                sequence,
-                codes: [
-                    inputs.position.0,
-                    inputs.pressure_a.0,
-                    inputs.pressure_b.0,
-                    inputs.supply.map_or(0, |code| code.0),
-                ],
-                dac: outputs.dac.0,
-                held: if delayed { last_dac } else { outputs.dac.0 },
-                reference_bits: outputs.telemetry.reference.to_bits(),
-                mode,
-                disagreement: false,
-                event,
-                stamps: [0; 3],
-            };
-            sequence = sequence.wrapping_add(1);
+        counts.add(instructions(ticked.saturating_sub(overhead)), instructions(all.saturating_sub(2 * overhead)));
+        // What the law wants: in bench mode the valve itself stands at the safe code.
+        write_all(&mut output, &encode_answer(tick.record.dac, control_loop.mode()));
+        if every > 0 && tick.record_due {
             // The telemetry task runs at the next yield: the queue cannot fill.
-            let _ = records.enqueue(record);
+            let _ = records.enqueue(tick.record);
         }
-        last_dac = outputs.dac.0;
         yield_now().await;
     }
     write_all(&mut output, &counts.to_bytes());

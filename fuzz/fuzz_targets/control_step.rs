@@ -1,7 +1,7 @@
 #![no_main]
 //! Any numbers as configuration, then any codes, commands and faults: no panic, no DAC code out of range, and nothing but
 //! run moves the valve. `control/tests/any_input.rs` is the same property under proptest.
-use control::{AdcCode, Command, Config, ExternalFaults, Inputs, Mode, Parameters, Position, State, step};
+use control::{AdcCode, OperatorCommand, Config, ExternalFaults, Inputs, Mode, Parameters, Position, ControllerState, step};
 use libfuzzer_sys::fuzz_target;
 
 /// Reads the fuzzer's bytes from the front; zero when they run out.
@@ -61,7 +61,7 @@ fuzz_target!(|bytes: &[u8]| {
         ..d
     };
     let Ok(config) = Config::from_parameters(&p) else { return };
-    let mut state = if bytes.byte() & 1 == 0 { State::armed() } else { State::boot(None) };
+    let mut state = if bytes.byte() & 1 == 0 { ControllerState::armed() } else { ControllerState::boot(None) };
     while !bytes.0.is_empty() {
         let flags = bytes.byte();
         let inputs = Inputs {
@@ -76,9 +76,9 @@ fuzz_target!(|bytes: &[u8]| {
                 None,
                 None,
                 None,
-                Some(Command::Arm),
-                Some(Command::Disarm),
-                Some(Command::ResetFault),
+                Some(OperatorCommand::Arm),
+                Some(OperatorCommand::Disarm),
+                Some(OperatorCommand::ResetFault),
             ][usize::from(flags >> 1 & 7)],
             host_heard: flags & 16 == 0,
             faults: ExternalFaults {

@@ -5,8 +5,8 @@ use crate::motion::Contribution;
 use crate::parameters::MonitorParameters;
 use plant_model::{Plant, Real};
 
-/// What both chambers share in one tick.
-pub(crate) struct Tick<'m> {
+/// What both chambers share between two samples, one tick apart.
+pub(crate) struct Interval<'m> {
     pub(crate) plant: &'m Plant<f32>,
     pub(crate) parameters: &'m MonitorParameters,
     pub(crate) tick_s: f32,
@@ -46,7 +46,7 @@ pub(crate) struct Watch {
     allowance_pa: f32,
 }
 
-impl Tick<'_> {
+impl Interval<'_> {
     pub(crate) fn valve(&self) -> Valve {
         let dead_zone = self.plant.dead_zone();
         let w = dead_zone.output_v(self.spool_v);
@@ -67,24 +67,24 @@ impl Watch {
     /// One tick; returns residual and threshold in Pa, and what both together say of the motion.
     pub(crate) fn advance(
         &mut self,
-        tick: &Tick<'_>,
+        interval: &Interval<'_>,
         valve: &Valve,
         balance: &Balance,
         measured_step_pa: f32,
     ) -> (Check, Contribution) {
-        let m = tick.plant.coefficients();
-        let orifices = tick.plant.orifices();
+        let m = interval.plant.coefficients();
+        let orifices = interval.plant.orifices();
         let p = balance.pressure_pa;
         let flow = |filling: bool, opening: f32| {
-            orifices.inflow(filling, opening, p, tick.supply_pa, m.atmosphere_pa).mass_flow
+            orifices.inflow(filling, opening, p, interval.supply_pa, m.atmosphere_pa).mass_flow
         };
         let inflow = flow(balance.filling, valve.opening);
-        let per_kg_per_s = tick.plant.energy_j_per_kg() * tick.tick_s * balance.inverse_volume_per_m3;
+        let per_kg_per_s = interval.plant.energy_j_per_kg() * interval.tick_s * balance.inverse_volume_per_m3;
         let per_metre = m.exponent * m.area_b_m2 * p * balance.inverse_volume_per_m3;
         let by_flow = per_kg_per_s * (inflow + balance.leak_kg_per_s);
         let by_motion = -per_metre * balance.step_m;
         let unexplained_pa = measured_step_pa - by_flow - by_motion;
-        self.residual_pa = (self.residual_pa + unexplained_pa) * tick.keep;
+        self.residual_pa = (self.residual_pa + unexplained_pa) * interval.keep;
 
         let doubt = if valve.opening_error > 0.0 {
             // About the break-point nobody knows which way the valve is open: the larger of both flows.
@@ -95,10 +95,10 @@ impl Watch {
         // In steady motion both are equal and opposite; the larger one sets the scale.
         let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
         // A chamber that is almost empty has a volume that the position's error is a large part of.
-        let volume_doubt = tick.parameters.position_m * m.area_b_m2 * balance.inverse_volume_per_m3;
-        let allowed_pa = (tick.parameters.relative + volume_doubt) * activity + per_kg_per_s * doubt;
-        self.allowance_pa = (self.allowance_pa + allowed_pa) * tick.keep;
-        let noise = tick.parameters.pressure_pa + tick.parameters.position_m * per_metre;
+        let volume_doubt = interval.parameters.position_m * m.area_b_m2 * balance.inverse_volume_per_m3;
+        let allowed_pa = (interval.parameters.relative + volume_doubt) * activity + per_kg_per_s * doubt;
+        self.allowance_pa = (self.allowance_pa + allowed_pa) * interval.keep;
+        let noise = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;
         let metres_per_pa = 1.0 / per_metre;
         let contribution = Contribution {
             // A chamber that has grown more than its sensor says has lost pressure.

@@ -40,7 +40,7 @@ mod parameters;
 
 pub use parameters::{MonitorError, MonitorParameters};
 
-use chamber::{Balance, Tick, Watch};
+use chamber::{Balance, Interval, Watch};
 use command_delay::CommandDelay;
 use kink::{Bent, KinkWatch};
 use motion::MissingMotion;
@@ -197,7 +197,7 @@ impl Monitor {
 
         let step_m = readings.position_m - last.position_m;
         self.smoothed_step_m += (step_m - self.smoothed_step_m) * (1.0 / SMOOTHING_TICKS);
-        let tick = Tick {
+        let interval = Interval {
             plant: &self.plant,
             parameters: &self.parameters,
             tick_s: self.tick_s,
@@ -208,7 +208,7 @@ impl Monitor {
                 _ => m.supply_pa,
             },
         };
-        let valve = tick.valve();
+        let valve = interval.valve();
         let y_m = 0.5 * (readings.position_m + last.position_m);
         let (volume_a, volume_b) = self.plant.volumes_m3(y_m);
         let mean_a = 0.5 * (readings.pressure_a_pa + last.pressure_a_pa);
@@ -232,8 +232,10 @@ impl Monitor {
             filling: !valve.fills_a,
             leak_kg_per_s: crossing - m.added.leak_chamber_b.conductance * (mean_b - m.atmosphere_pa),
         };
-        let (check_a, moved_a) = self.a.advance(&tick, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
-        let (check_b, moved_b) = self.b.advance(&tick, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
+        let (check_a, moved_a) =
+            self.a.advance(&interval, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
+        let (check_b, moved_b) =
+            self.b.advance(&interval, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
         let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
         let bent = Bent {
             position_m: readings.position_m,

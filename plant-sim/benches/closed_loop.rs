@@ -1,8 +1,8 @@
 //! Closed loop at 1 kHz: plant, noisy quantised converters and the firmware's fixed-point tick, on one core and in a
 //! batch on all; best of several runs. `cargo bench -p plant-sim`.
 
-use plant_sim::closed_loop::{ClosedLoop, LoopSettings, Noise};
 use plant_sim::controller::parameters;
+use plant_sim::{ClosedLoop, ConversionNoise, LoopSettings, MonitorAction};
 use rayon::prelude::*;
 use rig_files::RigFile;
 use std::hint::black_box;
@@ -39,9 +39,14 @@ fn main() {
         rayon::current_num_threads()
     );
     println!("| --- | --- | --- | --- | --- |");
+    let (noisy, quiet) = (ConversionNoise::default(), ConversionNoise::NONE);
     for (name, rig) in [("a", RigFile::paper_a()), ("b", RigFile::paper_b()), ("c", RigFile::paper_c())] {
-        for (converters, noise) in [("quantised, noisy", Noise::default()), ("quantised", Noise::NONE)] {
-            let settings = LoopSettings { noise, ..LoopSettings::default() };
+        for (converters, noise, monitor) in [
+            ("quantised, noisy", noisy, MonitorAction::Trip),
+            ("quantised, noisy, no monitor", noisy, MonitorAction::Off),
+            ("quantised, no monitor", quiet, MonitorAction::Off),
+        ] {
+            let settings = LoopSettings { noise, monitor, ..LoopSettings::default() };
             let single = best(|| {
                 black_box(run(&rig, &settings));
             });

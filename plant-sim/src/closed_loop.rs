@@ -1,68 +1,57 @@
-//! The closed loop: sensors, converters, the firmware's control tick, DAC, valve and cylinder, one tick at a time.
+//! The closed loop: sensors, converters, the firmware's own loop with its model monitor, DAC, valve and cylinder, one tick
+//! at a time.
 //!
 //! ```text
-//!  y_ref ─► control::step ─► DAC code ─► valve ─► cylinder ─► sensors ─┐
-//!               ▲                                                      │ + noise
-//!               └──── ADC codes ◄── oversampling converter ◄───────────┘
+//!  y_ref ─► ControlLoop::tick ─► DAC code ─► valve ─► cylinder ─► sensors ─┐
+//!               ▲                                                          │ + noise
+//!               └──── ADC codes ◄── oversampling converter ◄───────────────┘
 //! ```
 //!
-//! Nothing is allocated per tick. The converter sums `oversampling` raw conversions of `raw_bits`; instead of drawing each,
-//! one normal deviate stands for their mean: its variance is that of the sensor noise plus the raw quantisation's
-//! `LSB^2/12`, divided by the number of conversions. That is exact as long as the noise spans a raw code, which is what
-//! oversampling relies on anyway.
+//! Nothing is allocated per tick.
 
-use control::{AdcCode, Config, ConfigError, DacCode, Inputs, Mode, Parameters, Position, State};
-use plant_model::{Measurement, ParameterError, Simulator, State as PlantState};
+use crate::controller::{self, MonitorAction};
+use crate::sensors::{ConversionNoise, SensorChannel, channels, quantities};
+use control::{ControllerState, ExternalFaults, Mode, Parameters, Position};
+use firmware_core::{ControlLoop, SetupError};
+use plant_model::{ParameterError, Rig, Simulator, State as PlantState};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Converter, RigFile};
 use std::fmt;
 
-/// Standard deviations of what the sensors and lines add to one raw conversion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Position, m.
-    pub position_m: f64,
-    /// Pressures, Pa.
-    pub pressure_pa: f64,
-}
-
-impl Noise {
-    /// No noise at all; quantisation remains.
-    pub const NONE: Self = Self { position_m: 0.0, pressure_pa: 0.0 };
-}
-
-impl Default for Noise {
-    /// A potentiometric rod over 1 m and a 10 bar sensor on a 12-bit converter: 0.05 mm and 600 Pa.
-    fn default() -> Self {
-        Self { position_m: 5.0e-5, pressure_pa: 600.0 }
-    }
-}
-
 /// How the loop is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopSettings {
     /// Sensor noise of one raw conversion.
-    pub noise: Noise,
+    pub noise: ConversionNoise,
     /// Raw conversions summed per code; 16 in the firmware.
     pub oversampling: u32,
     /// Bits of one raw conversion; 12 on the STM32G4.
     pub raw_bits: u32,
     /// Ticks from sampling to the DAC's output: one in the firmware, whose DAC is latched by the sampling timer.
-    pub output_delay_ticks: usize,
+    pub output_delay_ticks: u8,
     /// Seed of the noise.
     pub seed: u64,
+    /// What the model monitor's verdict does.
+    pub monitor: MonitorAction,
 }
 
 impl Default for LoopSettings {
     fn default() -> Self {
-        Self { noise: Noise::default(), oversampling: 16, raw_bits: 12, output_delay_ticks: 1, seed: 1 }
+        Self {
+            noise: ConversionNoise::default(),
+            oversampling: 16,
+            raw_bits: 12,
+            output_delay_ticks: 1,
+            seed: 1,
+            monitor: MonitorAction::default(),
+        }
     }
 }
 
 /// The longest [`LoopSettings::output_delay_ticks`].
-pub const MOST_DELAY_TICKS: usize = 8;
+pub const MOST_DELAY_TICKS: u8 = 8;
 
 /// Why a loop cannot be set up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,9 +59,9 @@ pub enum LoopError {
     /// The plant refuses a parameter or an effect.
     Plant(ParameterError),
     /// The controller refuses a parameter.
-    Controller(ConfigError),
+    Controller(SetupError),
     /// More output delay than [`MOST_DELAY_TICKS`].
-    Delay(usize),
+    Delay(u8),
 }
 
 impl fmt::Display for LoopError {
@@ -93,15 +82,15 @@ impl From<ParameterError> for LoopError {
     }
 }
 
-impl From<ConfigError> for LoopError {
-    fn from(error: ConfigError) -> Self {
+impl From<SetupError> for LoopError {
+    fn from(error: SetupError) -> Self {
         Self::Controller(error)
     }
 }
 
-/// What one tick saw and did.
+/// What one tick saw and did, inside and outside of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tick {
+pub struct LoopRecord {
     /// Time of sampling, s.
     pub t_s: f64,
     /// The codes the controller received: position, A, B, supply.
@@ -110,37 +99,12 @@ pub struct Tick {
     pub dac: u16,
     /// Its mode after the tick.
     pub mode: Mode,
+    /// Whether its model monitor finds that the readings contradict each other.
+    pub disagreement: bool,
     /// The valve command acting from this tick to the next, V.
     pub u_v: f64,
     /// The true state at the time of sampling.
     pub plant: PlantState<f64>,
-}
-
-/// An ADC channel with its noise, in codes.
-#[derive(Clone, Copy, Debug)]
-struct Channel {
-    low: f64,
-    codes_per_unit: f64,
-    top: u16,
-    deviation: f64,
-}
-
-impl Channel {
-    fn new(converter: &Converter, range: [f64; 2], noise: f64, settings: &LoopSettings) -> Self {
-        let raw_lsb = (range[1] - range[0]) / f64::from(u32::MAX >> (32 - settings.raw_bits.clamp(1, 32)));
-        let variance = (noise * noise + raw_lsb * raw_lsb / 12.0) / f64::from(settings.oversampling.max(1));
-        let codes_per_unit = 1.0 / converter.resolution();
-        // Without noise there is nothing to average: only the final code's rounding is left.
-        let deviation = if noise > 0.0 { variance.sqrt() * codes_per_unit } else { 0.0 };
-        Self { low: range[0], codes_per_unit, top: converter.top_code() as u16, deviation }
-    }
-
-    /// The code of a quantity disturbed by `normal` standard deviations; the conversion to an integer saturates.
-    #[inline(always)]
-    fn sample(&self, quantity: f64, normal: f64) -> AdcCode {
-        let code = (quantity - self.low) * self.codes_per_unit + 0.5 + self.deviation * normal;
-        AdcCode((code as u16).min(self.top))
-    }
 }
 
 /// Voltages on their way to the DAC's output.
@@ -148,7 +112,7 @@ impl Channel {
 struct OutputDelay {
     ticks: usize,
     oldest: usize,
-    pending_v: [f64; MOST_DELAY_TICKS],
+    pending_v: [f64; MOST_DELAY_TICKS as usize],
 }
 
 impl OutputDelay {
@@ -168,10 +132,8 @@ impl OutputDelay {
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
     simulator: Simulator<f64>,
-    config: Config,
-    controller: State,
-    position: Channel,
-    pressure: Channel,
+    controller: ControlLoop,
+    sensors: [SensorChannel; 4],
     noisy: bool,
     valve: Converter,
     safe_v: f64,
@@ -183,85 +145,94 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
-    /// A rig at rest at mid-stroke, both chambers at p*, the controller armed.
+    /// A rig at rest at mid-stroke, both chambers at p*, the controller armed. Its model monitor knows the rig's nominal
+    /// values and none of its effects, as the board does.
     ///
     /// # Errors
     /// Plant or controller refuse a parameter.
     pub fn new(rig: &RigFile, parameters: &Parameters, settings: &LoopSettings) -> Result<Self, LoopError> {
+        Self::with_model(rig, &rig.rig, parameters, settings)
+    }
+
+    /// The same with a monitor that knows `model`, from which the rig may differ.
+    ///
+    /// # Errors
+    /// As [`ClosedLoop::new`].
+    pub fn with_model(
+        rig: &RigFile,
+        model: &Rig<f64>,
+        parameters: &Parameters,
+        settings: &LoopSettings,
+    ) -> Result<Self, LoopError> {
         if settings.output_delay_ticks > MOST_DELAY_TICKS {
             return Err(LoopError::Delay(settings.output_delay_ticks));
         }
         let simulator = Simulator::new(&rig.rig, &rig.effects)?;
-        let config = Config::from_parameters(parameters)?;
+        let setup = controller::setup(parameters, model, settings.monitor, settings.output_delay_ticks)?;
+        let controller = ControlLoop::in_state(setup, ControllerState::armed());
         let io = &rig.io;
         let valve = io.valve();
-        let safe_v = valve.quantity(u32::from(config.safe_code().0));
+        let safe_v = valve.quantity(u32::from(controller.safe_code()));
+        let noise = settings.noise.of_code(io, settings.oversampling, settings.raw_bits);
         Ok(Self {
             simulator,
-            config,
-            controller: State::armed(),
-            position: Channel::new(&io.position(), io.position_range_m, settings.noise.position_m, settings),
-            pressure: Channel::new(&io.pressure(), io.pressure_range_pa, settings.noise.pressure_pa, settings),
-            noisy: settings.noise != Noise::NONE,
+            controller,
+            sensors: channels(io, &noise),
+            noisy: settings.noise != ConversionNoise::NONE,
             valve,
             safe_v,
             tick_s: io.tick_s(),
             ticks: 0,
             rng: Xoshiro256PlusPlus::seed_from_u64(settings.seed),
-            delay: OutputDelay { ticks: settings.output_delay_ticks, oldest: 0, pending_v: [safe_v; MOST_DELAY_TICKS] },
+            delay: OutputDelay {
+                ticks: usize::from(settings.output_delay_ticks),
+                oldest: 0,
+                pending_v: [safe_v; MOST_DELAY_TICKS as usize],
+            },
             disturbance_n: 0.0,
         })
     }
 
     /// Samples, runs the controller, and advances the plant to the next tick with the setpoint `y_ref` in m.
     #[inline]
-    pub fn tick(&mut self, y_ref_m: f64) -> Tick {
+    pub fn tick(&mut self, y_ref_m: f64) -> LoopRecord {
         let adc = self.sample();
-        let inputs = Inputs {
-            reference: reference(y_ref_m),
-            position: adc[0],
-            pressure_a: adc[1],
-            pressure_b: adc[2],
-            supply: Some(adc[3]),
-            ..Inputs::default()
-        };
-        let outputs = control::step(&self.config, &mut self.controller, inputs);
-        self.finish(adc, outputs.dac, outputs.mode)
+        self.controller.hold(reference(y_ref_m));
+        // No host speaks here: a controller that waits for one says so.
+        let answer = self.controller.tick(adc, ExternalFaults::default(), false);
+        let disagreement = self.controller.watch_and(|_| ());
+        self.finish(adc, answer.valve, self.controller.mode(), disagreement)
     }
 
-    /// Samples and advances the plant with a DAC code that another controller computes from the codes.
+    /// Samples and advances the plant with a DAC code that another controller computes from the codes. The mode in the
+    /// record is then that of the loop's own controller, which sees nothing.
     #[inline]
-    pub fn tick_with(&mut self, controller: impl FnOnce([AdcCode; 4]) -> (DacCode, Mode)) -> Tick {
+    pub fn tick_with(&mut self, controller: impl FnOnce([u16; 4]) -> u16) -> LoopRecord {
         let adc = self.sample();
-        let (dac, mode) = controller(adc);
-        self.finish(adc, dac, mode)
+        let dac = controller(adc);
+        self.finish(adc, dac, self.controller.mode(), false)
     }
 
     #[inline]
-    fn sample(&mut self) -> [AdcCode; 4] {
-        let Measurement { y_m, p_a_pa, p_b_pa, p_sup_pa } = self.simulator.measure();
+    fn sample(&mut self) -> [u16; 4] {
+        let truth = quantities(&self.simulator.measure());
         let mut noise = [0.0; 4];
         if self.noisy {
             noise = std::array::from_fn(|_| StandardNormal.sample(&mut self.rng));
         }
-        [
-            self.position.sample(y_m, noise[0]),
-            self.pressure.sample(p_a_pa, noise[1]),
-            self.pressure.sample(p_b_pa, noise[2]),
-            self.pressure.sample(p_sup_pa, noise[3]),
-        ]
+        std::array::from_fn(|n| self.sensors[n].code(truth[n], noise[n]))
     }
 
     #[inline]
-    fn finish(&mut self, adc: [AdcCode; 4], dac: DacCode, mode: Mode) -> Tick {
+    fn finish(&mut self, adc: [u16; 4], dac: u16, mode: Mode, disagreement: bool) -> LoopRecord {
         let plant = *self.simulator.state();
-        let u_v = self.delay.pass(self.valve.quantity(u32::from(dac.0)));
+        let u_v = self.delay.pass(self.valve.quantity(u32::from(dac)));
         let mut inputs = self.simulator.plant().inputs(u_v);
         inputs.external_force_n = self.disturbance_n;
         self.simulator.advance_with(&inputs, self.tick_s);
         let t_s = self.ticks as f64 * self.tick_s;
         self.ticks += 1;
-        Tick { t_s, adc: adc.map(|code| code.0), dac: dac.0, mode, u_v, plant }
+        LoopRecord { t_s, adc, dac, mode, disagreement, u_v, plant }
     }
 
     /// Pushes the piston with a force in N, positive along +y, until told otherwise.
@@ -311,8 +282,9 @@ pub fn reference(y_ref_m: f64) -> Position {
 mod tests {
     use super::*;
     use crate::controller::parameters;
+    use control::Reason;
 
-    fn run(settings: &LoopSettings, ticks: usize) -> Vec<Tick> {
+    fn run(settings: &LoopSettings, ticks: usize) -> Vec<LoopRecord> {
         let rig = RigFile::paper_a();
         let mut positioner = ClosedLoop::new(&rig, &parameters(&rig), settings).expect("valid");
         (0..ticks).map(|_| positioner.tick(0.045)).collect()
@@ -329,7 +301,7 @@ mod tests {
 
     #[test]
     fn without_noise_the_codes_are_those_of_the_interface_formula() {
-        let settings = LoopSettings { noise: Noise::NONE, ..LoopSettings::default() };
+        let settings = LoopSettings { noise: ConversionNoise::NONE, ..LoopSettings::default() };
         for tick in run(&settings, 300) {
             let expected = ((tick.plant.y_m + 0.5) * 65535.0).round();
             assert_eq!(f64::from(tick.adc[0]), expected);
@@ -356,10 +328,29 @@ mod tests {
             let settings = LoopSettings { output_delay_ticks: delay, ..LoopSettings::default() };
             let ticks = run(&settings, 50);
             let valve = RigFile::paper_a().io.valve();
+            let delay = usize::from(delay);
             for (tick, earlier) in ticks[delay..].iter().zip(&ticks) {
                 assert_eq!(tick.u_v, valve.quantity(u32::from(earlier.dac)));
             }
             assert!(ticks[..delay].iter().all(|tick| tick.u_v.abs() < 2e-3), "the valve starts at mid");
+        }
+    }
+
+    #[test]
+    fn a_plant_unlike_its_model_trips_the_monitor_or_is_only_told_or_goes_unwatched() {
+        let rig = RigFile::paper_a();
+        let mut model = rig.rig;
+        model.valve.fill_coefficient_kg_per_s_pa *= 0.4;
+        for (monitor, trips, tells) in
+            [(MonitorAction::Trip, true, true), (MonitorAction::Warn, false, true), (MonitorAction::Off, false, false)]
+        {
+            let settings = LoopSettings { monitor, ..LoopSettings::default() };
+            let mut positioner =
+                ClosedLoop::with_model(&rig, &model, &parameters(&rig), &settings).expect("a physical model");
+            let ticks: Vec<LoopRecord> = (0..1000).map(|_| positioner.tick(0.2)).collect();
+            assert_eq!(ticks.iter().any(|tick| tick.disagreement), tells, "{monitor:?}");
+            let end = if trips { Mode::Safe(Reason::ModelDisagreement) } else { Mode::Run };
+            assert_eq!(ticks[999].mode, end, "{monitor:?}");
         }
     }
 

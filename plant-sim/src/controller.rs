@@ -1,8 +1,87 @@
-//! The firmware's controller for a rig: its parameters from the rig file, overlaid by a controller file.
+//! The firmware's controller for a rig: its parameters from the rig file, overlaid by a controller file, and its model
+//! monitor.
 
 use control::{Config, ConfigError, Parameters};
+use firmware_core::{MonitorSetup, Setup, SetupError};
+use monitor::{MonitorError, MonitorParameters};
+use plant_model::{Cylinder, Friction, Gas, Load, Plant, Rig, Supply, Valve};
 use rig_files::{Document, InputError, RigFile, read_text};
 use std::path::Path;
+
+/// What the model monitor's verdict does: the board's parameter `monitor`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum MonitorAction {
+    /// There is no monitor.
+    Off,
+    /// A contradiction is told; the controller runs on.
+    Warn,
+    /// A contradiction leads to the safe state, as on the board by default.
+    #[default]
+    Trip,
+}
+
+/// The firmware's loop for a controller's parameters, with the monitor that the board would have: it knows the nominal
+/// values `model` and none of a rig's effects, and allows the board's default limits. `output_delay_ticks` is 1 on the board.
+///
+/// # Errors
+/// The first parameter of controller, model or monitor that is out of range.
+pub fn setup(
+    parameters: &Parameters,
+    model: &Rig<f64>,
+    action: MonitorAction,
+    output_delay_ticks: u8,
+) -> Result<Setup, SetupError> {
+    let monitor = match action {
+        MonitorAction::Off => None,
+        MonitorAction::Warn | MonitorAction::Trip => Some(MonitorSetup {
+            plant: Plant::without_effects(&as_the_board_holds_it(model))
+                .map_err(|error| SetupError::Monitor(MonitorError::from(error)))?,
+            parameters: MonitorParameters::default(),
+            trips: action == MonitorAction::Trip,
+            output_delay_ticks,
+        }),
+    };
+    // Telemetry is not sent here; a record that is due every tick costs nothing.
+    Setup::new(parameters, monitor, 1)
+}
+
+/// The rig in single precision.
+fn as_the_board_holds_it(rig: &Rig<f64>) -> Rig<f32> {
+    let (g, s, v, c, f) = (&rig.gas, &rig.supply, &rig.valve, &rig.cylinder, &rig.friction);
+    Rig {
+        gas: Gas {
+            gas_constant_j_per_kg_k: g.gas_constant_j_per_kg_k as f32,
+            temperature_k: g.temperature_k as f32,
+            heat_capacity_ratio: g.heat_capacity_ratio as f32,
+        },
+        supply: Supply { pressure_pa: s.pressure_pa as f32, atmosphere_pa: s.atmosphere_pa as f32 },
+        valve: Valve {
+            fill_coefficient_kg_per_s_pa: v.fill_coefficient_kg_per_s_pa as f32,
+            exhaust_coefficient_kg_per_s_pa: v.exhaust_coefficient_kg_per_s_pa as f32,
+            dead_zone_right_v: v.dead_zone_right_v as f32,
+            dead_zone_left_v: v.dead_zone_left_v as f32,
+            slope_right: v.slope_right as f32,
+            slope_left: v.slope_left as f32,
+            max_voltage_v: v.max_voltage_v as f32,
+        },
+        cylinder: Cylinder {
+            area_m2: c.area_m2 as f32,
+            stroke_m: c.stroke_m as f32,
+            volume_a0_m3: c.volume_a0_m3 as f32,
+            volume_b0_m3: c.volume_b0_m3 as f32,
+        },
+        load: Load { mass_kg: rig.load.mass_kg as f32 },
+        friction: Friction {
+            stiffness_n_per_m: f.stiffness_n_per_m as f32,
+            damping_n_s_per_m: f.damping_n_s_per_m as f32,
+            viscous_n_s_per_m: f.viscous_n_s_per_m as f32,
+            coulomb_n: f.coulomb_n as f32,
+            static_n: f.static_n as f32,
+            stribeck_velocity_m_per_s: f.stribeck_velocity_m_per_s as f32,
+            breakaway_m: f.breakaway_m as f32,
+        },
+    }
+}
 
 /// The parameters for a rig: its converters, its nominal dead zone and limits; everything else at the firmware's defaults
 /// (proportional gain 4 V/m).

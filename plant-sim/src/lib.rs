@@ -27,9 +27,12 @@ pub mod open_loop;
 pub mod paper;
 pub mod probe;
 pub mod recording;
+pub mod sensors;
 pub mod stdio;
 pub mod sweep;
 pub mod telemetry;
 
-pub use closed_loop::{ClosedLoop, LoopError, LoopSettings, Noise};
+pub use closed_loop::{ClosedLoop, LoopError, LoopRecord, LoopSettings};
+pub use controller::MonitorAction;
 pub use metrics::{StepMetrics, StepObserver};
+pub use sensors::{CodeNoise, ConversionNoise};

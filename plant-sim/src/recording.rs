@@ -34,6 +34,8 @@ pub struct Recording {
     pub dac: Vec<f64>,
     /// The controller's mode after the last tick.
     pub mode: Mode,
+    /// When the controller's model monitor first found that the readings contradict each other, s.
+    pub contradicted_s: Option<f64>,
 }
 
 impl Recording {
@@ -69,6 +71,9 @@ impl Recording {
             kept.adc_position.push(f64::from(seen.adc[0]));
             kept.dac.push(f64::from(seen.dac));
             kept.mode = seen.mode;
+            if seen.disagreement {
+                kept.contradicted_s.get_or_insert(seen.t_s);
+            }
         }
         Ok(kept)
     }

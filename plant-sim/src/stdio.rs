@@ -2,9 +2,14 @@
 //!
 //! In: `y_ref_m adc_position adc_p_a adc_p_b adc_p_sup` (codes are integers of `adc_bits`). Out: `dac_code state`, where
 //! `state` is `run` or `safe:REASON`. A malformed line is answered `error …` and changes nothing.
+//!
+//! Each tick is the firmware's own, model monitor included. Whoever sets it up should let the monitor warn only: it knows the
+//! rig file, while the plant at the other end may be of other physics (another flow law, leaks, hoses), and what such a plant
+//! was answered before there was a monitor it must be answered still.
 
 use crate::closed_loop::reference;
-use control::{AdcCode, Config, Inputs, State};
+use control::{ControllerState, ExternalFaults, Position};
+use firmware_core::{ControlLoop, Setup};
 use std::io::{BufRead, Write};
 
 /// Longer lines are malformed; they are skipped without being stored.
@@ -13,37 +18,49 @@ const LONGEST_LINE: usize = 1024;
 /// The controller behind the protocol, armed.
 #[derive(Clone, Debug)]
 pub struct Coprocess {
-    config: Config,
-    state: State,
+    control_loop: ControlLoop,
     top_code: u16,
+    ticks: u64,
+    contradictions: u64,
 }
 
 impl Coprocess {
     /// An armed controller whose codes have `adc_bits` bits (1 to 16).
     #[must_use]
-    pub fn new(config: Config, adc_bits: u32) -> Self {
+    pub fn new(setup: Setup, adc_bits: u32) -> Self {
         let top_code = u16::MAX >> (16 - adc_bits.clamp(1, 16));
-        Self { config, state: State::armed(), top_code }
+        let control_loop = ControlLoop::in_state(setup, ControllerState::armed());
+        Self { control_loop, top_code, ticks: 0, contradictions: 0 }
     }
 
     /// The controller's state, for tests.
     #[must_use]
-    pub fn state(&self) -> &State {
-        &self.state
+    pub fn state(&self) -> &ControllerState {
+        self.control_loop.state()
+    }
+
+    /// Ticks so far, and in how many of them the model monitor found that the readings contradict each other.
+    #[must_use]
+    pub fn contradictions(&self) -> (u64, u64) {
+        (self.ticks, self.contradictions)
     }
 
     /// Answers one line, without its line end.
     pub fn answer(&mut self, line: &str) -> String {
         match self.parse(line) {
-            Ok(inputs) => {
-                let outputs = control::step(&self.config, &mut self.state, inputs);
-                format!("{} {}", outputs.dac.0, outputs.mode)
+            Ok((reference, codes)) => {
+                self.control_loop.hold(reference);
+                let tick = self.control_loop.tick(codes, ExternalFaults::default(), true);
+                self.ticks += 1;
+                self.contradictions += u64::from(self.control_loop.watch());
+                format!("{} {}", tick.valve, self.control_loop.mode())
             }
             Err(problem) => format!("error {problem}"),
         }
     }
 
-    fn parse(&self, line: &str) -> Result<Inputs, String> {
+    /// Setpoint and codes of a line.
+    fn parse(&self, line: &str) -> Result<(Position, [u16; 4]), String> {
         const FIELDS: [&str; 5] = ["y_ref_m", "adc_position", "adc_p_a", "adc_p_b", "adc_p_sup"];
         let fields: Vec<&str> = line.split_ascii_whitespace().collect();
         if fields.len() != FIELDS.len() {
@@ -51,30 +68,27 @@ impl Coprocess {
         }
         let y_ref_m = fields[0].parse::<f64>().ok().filter(|value| value.is_finite());
         let y_ref_m = y_ref_m.ok_or_else(|| format!("y_ref_m `{}` is not a finite number", shown(fields[0])))?;
-        let mut codes = [AdcCode(0); 4];
+        let mut codes = [0; 4];
         for ((code, field), name) in codes.iter_mut().zip(&fields[1..]).zip(&FIELDS[1..]) {
             let value = field.parse::<u16>().ok().filter(|value| *value <= self.top_code);
             let top = self.top_code;
-            *code =
-                AdcCode(value.ok_or_else(|| format!("{name} `{}` is not an integer from 0 to {top}", shown(field)))?);
+            *code = value.ok_or_else(|| format!("{name} `{}` is not an integer from 0 to {top}", shown(field)))?;
         }
-        let [position, pressure_a, pressure_b, supply] = codes;
-        Ok(Inputs {
-            reference: reference(y_ref_m),
-            position,
-            pressure_a,
-            pressure_b,
-            supply: Some(supply),
-            host_heard: true,
-            ..Inputs::default()
-        })
+        Ok((reference(y_ref_m), codes))
     }
 
-    /// Serves lines until the input ends.
+    /// Serves lines until the input ends. `contradicted` is called once, with the number of the tick in which the model monitor
+    /// first finds that the readings contradict each other.
     ///
     /// # Errors
     /// The streams fail; a reader that went away ends the service without an error.
-    pub fn serve(&mut self, mut input: impl BufRead, mut output: impl Write) -> std::io::Result<()> {
+    pub fn serve(
+        &mut self,
+        mut input: impl BufRead,
+        mut output: impl Write,
+        contradicted: impl FnOnce(u64),
+    ) -> std::io::Result<()> {
+        let mut contradicted = Some(contradicted).filter(|_| self.contradictions == 0);
         let mut line = Vec::with_capacity(LONGEST_LINE);
         while let Some(whole) = read_line(&mut input, &mut line)? {
             let answer = match std::str::from_utf8(&line) {
@@ -82,6 +96,11 @@ impl Coprocess {
                 Ok(_) => format!("error the line is longer than {LONGEST_LINE} bytes"),
                 Err(_) => "error the line is not UTF-8 text".to_string(),
             };
+            if self.contradictions > 0
+                && let Some(contradicted) = contradicted.take()
+            {
+                contradicted(self.ticks);
+            }
             let sent = writeln!(output, "{answer}").and_then(|()| output.flush());
             match sent {
                 Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return Ok(()),

@@ -83,7 +83,7 @@ pub struct Variation {
 /// What all runs have in common.
 #[derive(Clone, Debug)]
 pub struct Base {
-    /// The nominal rig.
+    /// The nominal rig. The controller's model monitor knows its values when the plant varies.
     pub rig: RigFile,
     /// The controller's parameters; they stay nominal when the plant varies.
     pub parameters: Parameters,
@@ -212,7 +212,7 @@ pub fn run(base: &Base, keys: &[Key], job: &Job) -> Result<Outcome, LoopError> {
         }
     }
     let settings = LoopSettings { seed: job.seed, ..base.settings };
-    let mut positioner = ClosedLoop::new(&rig, &parameters, &settings)?;
+    let mut positioner = ClosedLoop::with_model(&rig, &base.rig.rig, &parameters, &settings)?;
     let mut observer = StepObserver::new(positioner.position_m(), target_m, base.duration_s);
     let ticks = (base.duration_s / positioner.tick_s()).round() as u64;
     let mut mode = control::Mode::Run;

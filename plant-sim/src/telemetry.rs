@@ -3,7 +3,7 @@
 use control::Position;
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use firmware_core::mode_from_number;
-use rig_files::{InputError, Log};
+use rig_files::{Converter, InputError, Log};
 
 /// Where in the stream something went wrong, or what the board said.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,19 +48,24 @@ pub struct Tally {
     pub unscaled: u64,
 }
 
+/// Bits of the codes in the stream, on every board.
+const ADC_BITS: u32 = 16;
+const DAC_BITS: u32 = 12;
+
+/// What the board has said of its ticks and converters.
 #[derive(Clone, Copy, Debug)]
-struct Scales {
+struct BoardScales {
     hz: f64,
-    y: [f64; 2],
-    p: [f64; 2],
-    u: [f64; 2],
+    position: Converter,
+    pressure: Converter,
+    valve: Converter,
 }
 
 /// Takes lines of telemetry and collects a log.
 #[derive(Debug, Default)]
 pub struct Recorder {
     log: Log,
-    scales: Option<Scales>,
+    scales: Option<BoardScales>,
     last: Option<(u32, u32)>,
     offset_s: f64,
     mode: Option<u16>,
@@ -73,10 +78,6 @@ pub struct Recorder {
 /// The number after `key=` in a line of words.
 fn number<T: std::str::FromStr>(line: &str, key: &str) -> Option<T> {
     line.split_ascii_whitespace().find_map(|word| word.strip_prefix(key)?.strip_prefix('=')?.parse().ok())
-}
-
-fn quantity([low, high]: [f64; 2], code: u16, top: f64) -> f64 {
-    low + (high - low) * f64::from(code) / top
 }
 
 impl Recorder {
@@ -118,11 +119,11 @@ impl Recorder {
     fn take_scales(&mut self, line: &str) {
         let get = |key| number::<f64>(line, key).filter(|value| value.is_finite());
         let scales = (|| {
-            let scales = Scales {
+            let scales = BoardScales {
                 hz: get("hz")?,
-                y: [get("y0")?, get("y1")?],
-                p: [get("p0")?, get("p1")?],
-                u: [get("u0")?, get("u1")?],
+                position: Converter::new([get("y0")?, get("y1")?], ADC_BITS),
+                pressure: Converter::new([get("p0")?, get("p1")?], ADC_BITS),
+                valve: Converter::new([get("u0")?, get("u1")?], DAC_BITS),
             };
             (scales.hz > 0.0).then_some(scales)
         })();
@@ -160,9 +161,9 @@ impl Recorder {
         let t_s = self.offset_s + f64::from(tick) / scales.hz;
         self.latest = Latest {
             t_s,
-            y_m: [quantity(scales.y, y, 65_535.0), f64::from(reference) / f64::from(1_u32 << Position::FRAC_NBITS)],
-            p_pa: [a, b, sup].map(|code| quantity(scales.p, code, 65_535.0)),
-            u_v: quantity(scales.u, held, 4095.0),
+            y_m: [scales.position.quantity(y.into()), f64::from(reference) / f64::from(1_u32 << Position::FRAC_NBITS)],
+            p_pa: [a, b, sup].map(|code| scales.pressure.quantity(code.into())),
+            u_v: scales.valve.quantity(held.into()),
             cycles: number(line, "c3").unwrap_or(0),
         };
         if self.mode != Some(mode) {

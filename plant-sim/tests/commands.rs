@@ -1,8 +1,10 @@
 //! The commands do what the formats promise.
 
-use control::{Config, Parameters};
+use control::Parameters;
 use plant_model::{Effects, Rig, Simulator};
+use plant_sim::controller::{self, MonitorAction};
 use plant_sim::stdio::Coprocess;
+use plant_sim::{ClosedLoop, LoopSettings};
 use proptest::prelude::*;
 use rig_files::{Column, Log, RigFile};
 use std::io::Write;
@@ -125,7 +127,8 @@ fn both_real_recordings_become_logs_with_pressures_made_absolute() {
 }
 
 fn coprocess() -> Coprocess {
-    Coprocess::new(Config::from_parameters(&Parameters::default()).expect("valid"), 16)
+    let setup = controller::setup(&Parameters::default(), &RigFile::paper_a().rig, MonitorAction::Warn, 1);
+    Coprocess::new(setup.expect("valid"), 16)
 }
 
 #[test]
@@ -163,11 +166,66 @@ fn an_endless_line_is_refused_without_being_stored_and_the_next_is_served() {
     let mut input = vec![b'7'; 1_000_000];
     input.extend_from_slice(b"\n0.045 32768 23710 23710 45875");
     let mut answers = Vec::new();
-    coprocess().serve(&input[..], &mut answers).expect("memory does not fail");
+    coprocess().serve(&input[..], &mut answers, |_| ()).expect("memory does not fail");
     let text = String::from_utf8(answers).expect("text");
     let answers: Vec<&str> = text.lines().collect();
     assert!(answers[0].starts_with("error the line is longer"), "{}", answers[0]);
     assert_eq!(answers[1], "2121 run");
+}
+
+/// Twelve hundred ticks of a move on a plant that fills twice as fast as the controller's rig file says: the last answer, and
+/// the first tick in which the monitor disagreed.
+fn answers_to_a_foreign_plant(monitor: MonitorAction) -> (String, Option<u64>) {
+    let known = RigFile::paper_a();
+    let mut foreign = known.clone();
+    foreign.rig.valve.fill_coefficient_kg_per_s_pa *= 2.0;
+    let parameters = controller::parameters(&known);
+    let settings = LoopSettings { monitor: MonitorAction::Off, ..LoopSettings::default() };
+    let mut plant = ClosedLoop::new(&foreign, &parameters, &settings).expect("a physical plant");
+    let setup = controller::setup(&parameters, &known.rig, monitor, 1).expect("valid");
+    let mut process = Coprocess::new(setup, 16);
+    let (mut last, mut first_contradiction) = (String::new(), None);
+    for _ in 0..1200 {
+        plant.tick_with(|[position, a, b, supply]| {
+            let (mut answer, line) = (Vec::new(), format!("0.2 {position} {a} {b} {supply}"));
+            let contradicted = |tick| first_contradiction = Some(tick);
+            process.serve(line.as_bytes(), &mut answer, contradicted).expect("memory does not fail");
+            last = String::from_utf8(answer).expect("text");
+            last.split(' ').next().and_then(|code| code.parse().ok()).expect("a code")
+        });
+    }
+    (last, first_contradiction)
+}
+
+#[test]
+fn a_foreign_plant_is_warned_of_once_and_driven_on_unless_the_monitor_is_asked_to_trip() {
+    let (answer, warned) = answers_to_a_foreign_plant(MonitorAction::Warn);
+    assert!(answer.ends_with(" run\n"), "{answer}");
+    assert!(warned.is_some());
+    let (answer, _) = answers_to_a_foreign_plant(MonitorAction::Trip);
+    assert!(answer.ends_with(" safe:model-disagreement\n"), "{answer}");
+    let (answer, warned) = answers_to_a_foreign_plant(MonitorAction::Off);
+    assert!(answer.ends_with(" run\n") && warned.is_none(), "{answer}");
+}
+
+#[test]
+fn a_run_whose_monitor_disagrees_says_so_and_what_can_be_done() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rig = folder.path().join("leaky.toml");
+    let text = std::fs::read_to_string(root().join("rigs/paper-a.toml")).expect("a rig");
+    std::fs::write(&rig, text + "\n[effects.leak-chamber-a]\nconductance_kg_per_s_pa = 5e-9\n").expect("written");
+    let run = |monitor: &str| {
+        let mut command = plant_sim();
+        command.args(["run", "--duration", "1", "--monitor", monitor, "--rig"]).arg(&rig);
+        let output = command.arg("--out").arg(folder.path()).output().expect("runs");
+        assert!(output.status.success());
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let tripped = run("trip");
+    assert!(tripped.contains("safe:model-disagreement") && tripped.contains("--monitor warn"), "{tripped}");
+    let warned = run("warn");
+    assert!(warned.contains("contradict") && !warned.contains("safe:"), "{warned}");
+    assert_eq!(run("off"), "");
 }
 
 #[test]
@@ -201,7 +259,7 @@ proptest! {
     #[test]
     fn any_bytes_as_a_conversation_are_answered_line_by_line(bytes in proptest::collection::vec(any::<u8>(), 0..3000)) {
         let mut answers = Vec::new();
-        coprocess().serve(&bytes[..], &mut answers).expect("memory does not fail");
+        coprocess().serve(&bytes[..], &mut answers, |_| ()).expect("memory does not fail");
         let lines = bytes.split(|byte| *byte == b'\n').count() - usize::from(bytes.last().is_none_or(|byte| *byte == b'\n'));
         prop_assert_eq!(String::from_utf8(answers).expect("text").lines().count(), lines);
     }

@@ -1,36 +1,7 @@
 //! What can go wrong, in the manner of PX4's failure injection.
 
+use control::Channel;
 use serde::Deserialize;
-
-/// A sensor channel, as scenario files name it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Channel {
-    /// Piston position.
-    Position,
-    /// Pressure of chamber A.
-    PressureA,
-    /// Pressure of chamber B.
-    PressureB,
-    /// Supply pressure.
-    Supply,
-}
-
-impl Channel {
-    /// All four, in the order of the codes.
-    pub const ALL: [Self; 4] = [Self::Position, Self::PressureA, Self::PressureB, Self::Supply];
-
-    /// One word.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::PressureA => "pressure A",
-            Self::PressureB => "pressure B",
-            Self::Supply => "supply",
-        }
-    }
-}
 
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]

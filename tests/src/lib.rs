@@ -7,8 +7,8 @@
 //!                    └──── valve ◄── DAC code ◄──────────────────────── Target
 //! ```
 //!
-//! [`HostTarget`] is the control crate on the desktop. Another [`Target`] (QEMU, the flashed ELF, a board) sees the same codes
-//! and must answer with the same ones: [`Outcome::fingerprint`] compares whole runs.
+//! [`HostTarget`] is the firmware's own loop on the desktop. Another [`Target`] (QEMU, the flashed ELF, a board) sees the same
+//! codes and must answer with the same ones: [`Outcome::fingerprint`] compares whole runs.
 #![forbid(unsafe_code)]
 
 pub mod fault;
@@ -21,5 +21,5 @@ mod sensors;
 mod target;
 
 pub use runner::{Outcome, Sample, host_target, run, run_observed};
-pub use scenario::{Expect, Noise, ReferenceSegment, Scenario, ScheduledCommand, Start};
+pub use scenario::{Expect, ReferenceSegment, Scenario, ScheduledCommand, Start};
 pub use target::{HostTarget, Target, TargetError, TickOutput};

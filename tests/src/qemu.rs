@@ -80,7 +80,8 @@ pub struct QemuTarget {
 
 impl QemuTarget {
     /// Starts a guest for a scenario. `folder` must not exist; it is removed again. Telemetry, one record every `every` ticks,
-    /// goes to the file `telemetry`, if given. With `bench` the guest simulates the rig itself and ignores the ticks' codes.
+    /// goes to the file `telemetry`, if given; it says when a code reaches the valve, which is a tick later, as on the board.
+    /// With `bench` the guest simulates the rig itself, and ignores the ticks' codes; the scenario must boot, as a loop that runs refuses it.
     ///
     /// # Errors
     /// QEMU does not start, or the guest refuses the scenario's numbers.

@@ -4,12 +4,13 @@
 //! A fault *threatens* a run when, without any protection, it drives the piston at least 10 mm further out of the span
 //! between where it was and where it was sent than the same run does without fault.
 
-use crate::fault::{Channel, Fault, Kind};
+use crate::fault::{Fault, Kind};
 use crate::rig;
 use crate::runner::{Outcome, host_target, run, run_observed};
-use crate::scenario::{Expect, MonitorChoice, Noise, ReferenceSegment, Scenario, Start};
+use crate::scenario::{Expect, MonitorChoice, ReferenceSegment, Scenario, Start};
 use crate::target::{Target, TargetError, TickOutput};
-use control::{DacCode, Inputs, Mode, Parameters, twin};
+use control::{Channel, DacCode, Inputs, Mode, Parameters, twin};
+use plant_sim::CodeNoise;
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
@@ -186,7 +187,7 @@ fn scenario(situation: &Situation, mut fault: Fault, quiet: bool, dump: bool) ->
         rig_error: 0.0,
         dump_valve_s: dump.then_some(DUMP_S),
         tick_hz: None,
-        noise: if quiet { Noise { position_m: 0.0, pressure_pa: 0.0 } } else { Noise::default() },
+        noise: if quiet { CodeNoise::NONE } else { CodeNoise::default() },
         initial_position_m: 0.0,
         control,
         monitor: MonitorChoice::default(),
@@ -306,21 +307,21 @@ pub fn normal_running(
     scenario.reference.clear();
     let mut at_s = 0.0;
     while at_s < duration_s {
-        use control::generator::{GeneratorParameters, Kind as Program};
-        let kind = random.random_range(0..10);
-        let program = |kind: Program, random: &mut SmallRng| {
+        use control::program::{ProgramParameters, Shape};
+        let choice = random.random_range(0..10);
+        let program = |shape: Shape, random: &mut SmallRng| {
             let amplitude = half * random.random_range(0.05..0.45);
-            Some(GeneratorParameters {
-                kind,
+            Some(ProgramParameters {
+                shape,
                 centre_m: (half * random.random_range(-0.4..0.4)) as f32,
                 amplitude_m: amplitude as f32,
                 period_s: random.random_range(0.5..8.0_f32),
             })
         };
-        let (program, hold_s) = match kind {
-            0 => (program(Program::Sine, &mut random), 10.0),
-            1 => (program(Program::Ramp, &mut random), 10.0),
-            2 => (program(Program::Step, &mut random), 10.0),
+        let (program, hold_s) = match choice {
+            0 => (program(Shape::Sine, &mut random), 10.0),
+            1 => (program(Shape::Ramp, &mut random), 10.0),
+            2 => (program(Shape::Step, &mut random), 10.0),
             3 => (None, 20.0),
             _ => (None, random.random_range(0.2..4.0)),
         };

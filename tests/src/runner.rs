@@ -2,10 +2,10 @@
 
 use crate::fault::Kind;
 use crate::scenario::{ReferenceSegment, Scenario, Start};
-use crate::sensors::Sensors;
+use crate::sensors::FaultySensors;
 use crate::target::{HostTarget, Target, TargetError};
-use control::generator::{Generator, GeneratorState};
-use control::{AdcCode, Inputs, Mode, Position, Reason, State};
+use control::program::{Program, ProgramState};
+use control::{AdcCode, ControllerState, Inputs, Mode, Position, Reason};
 use plant_model::{Simulator, Stepper, Tolerance};
 use std::collections::VecDeque;
 
@@ -62,7 +62,7 @@ pub fn run(scenario: &Scenario) -> Result<Outcome, TargetError> {
     run_observed(scenario, &mut host_target(scenario)?, |_| ())
 }
 
-/// The control crate and the monitor on this computer, made for a scenario.
+/// The firmware's loop on this computer, made for a scenario.
 ///
 /// # Errors
 /// As [`run`].
@@ -70,8 +70,8 @@ pub fn host_target(scenario: &Scenario) -> Result<HostTarget, TargetError> {
     let rig = scenario.rig_file().map_err(|error| TargetError(error.to_string()))?;
     let parameters = scenario.parameters(&scenario.name).map_err(|error| TargetError(error.to_string()))?;
     let state = match scenario.start {
-        Start::Armed => State::armed(),
-        Start::Boot => State::boot(None),
+        Start::Armed => ControllerState::armed(),
+        Start::Boot => ControllerState::boot(None),
     };
     let monitor = scenario.monitor.enabled.then_some(&scenario.monitor.parameters);
     HostTarget::new(&rig, &parameters, monitor, scenario.output_delay_ticks, state)
@@ -80,7 +80,7 @@ pub fn host_target(scenario: &Scenario) -> Result<HostTarget, TargetError> {
 /// Runs a scenario on a target, showing every tick to `observe`.
 ///
 /// # Errors
-/// The target gave up, or plant or generator refuse the scenario's numbers.
+/// The target gave up, or plant or program refuse the scenario's numbers.
 pub fn run_observed(
     scenario: &Scenario,
     target: &mut dyn Target,
@@ -96,7 +96,7 @@ pub fn run_observed(
     let p = rig.rig.equilibrium_pressure_pa();
     let begin = plant.state_at_rest(scenario.initial_position_m, p, p);
     let mut simulator = Simulator::<f64>::from_state(plant, begin, Stepper::adaptive(&Tolerance::standard()));
-    let mut sensors = Sensors::new(&rig.io, &scenario.noise, scenario.seed, &scenario.fault);
+    let mut sensors = FaultySensors::new(&rig.io, &scenario.noise, scenario.seed, &scenario.fault);
     let mut references = References::new(&scenario.reference, rig.io.tick_hz, scenario.initial_position_m)?;
     let valve = rig.io.valve();
     let tick_s = rig.io.tick_s();
@@ -160,7 +160,7 @@ pub fn run_observed(
                     .command
                     .iter()
                     .find(|c| since(c.at_s) == 0 && t_s + 0.5 * tick_s >= c.at_s)
-                    .map(|c| c.command.into()),
+                    .map(|c| c.command),
                 host_heard: active(Kind::HostSilent).is_none(),
                 faults: control::ExternalFaults {
                     missed_tick: missed,
@@ -232,7 +232,7 @@ pub fn run_observed(
 
 /// The reference over time.
 struct References {
-    segments: Vec<(ReferenceSegment, Option<(Generator, GeneratorState)>)>,
+    segments: Vec<(ReferenceSegment, Option<(Program, ProgramState)>)>,
     /// Segments that have begun.
     begun: usize,
     initial_m: f64,
@@ -245,8 +245,8 @@ impl References {
             let program = match &segment.program {
                 None => None,
                 Some(program) => Some((
-                    Generator::from_parameters(program, tick_hz).map_err(|error| TargetError(error.to_string()))?,
-                    GeneratorState::default(),
+                    Program::from_parameters(program, tick_hz).map_err(|error| TargetError(error.to_string()))?,
+                    ProgramState::default(),
                 )),
             };
             prepared.push((*segment, program));
@@ -263,7 +263,7 @@ impl References {
             return self.initial_m;
         };
         match program {
-            Some((generator, state)) => generator.advance(state).to_num(),
+            Some((program, state)) => program.advance(state).to_num(),
             None => segment.position_m.unwrap_or(self.initial_m),
         }
     }

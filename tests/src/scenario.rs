@@ -2,10 +2,11 @@
 
 use crate::fault::Fault;
 use crate::rig;
-use control::Parameters;
-use control::generator::GeneratorParameters;
+use control::program::ProgramParameters;
+use control::{OperatorCommand, Parameters};
 use monitor::MonitorParameters;
 use plant_model::Effect;
+use plant_sim::CodeNoise;
 use rig_files::{InputError, RigFile, read_text};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -43,9 +44,9 @@ pub struct Scenario {
     pub dump_valve_s: Option<f64>,
     /// Ticks per second instead of the rig file's.
     pub tick_hz: Option<u32>,
-    /// Sensor noise, standard deviations.
+    /// Sensor noise in a finished code, standard deviations.
     #[serde(default)]
-    pub noise: Noise,
+    pub noise: CodeNoise,
     /// Where the piston begins, m.
     #[serde(default)]
     pub initial_position_m: f64,
@@ -86,22 +87,6 @@ pub enum Start {
     Boot,
 }
 
-/// Standard deviations of sensor noise.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Noise {
-    /// Position, m.
-    pub position_m: f64,
-    /// All pressures, Pa.
-    pub pressure_pa: f64,
-}
-
-impl Default for Noise {
-    fn default() -> Self {
-        Self { position_m: 5.0e-5, pressure_pa: 600.0 }
-    }
-}
-
 /// The monitor, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default)]
@@ -119,7 +104,7 @@ impl Default for MonitorChoice {
     }
 }
 
-/// A reference from a time on: a position, or a program of the controller's own generator.
+/// A reference from a time on: a position, or a program that the controller can run by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceSegment {
@@ -128,7 +113,7 @@ pub struct ReferenceSegment {
     /// A constant position, m.
     pub position_m: Option<f64>,
     /// A program.
-    pub program: Option<GeneratorParameters>,
+    pub program: Option<ProgramParameters>,
 }
 
 /// An operator command at a time.
@@ -138,29 +123,7 @@ pub struct ScheduledCommand {
     /// When, s.
     pub at_s: f64,
     /// Which.
-    pub command: CommandWord,
-}
-
-/// A command as scenario files name it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum CommandWord {
-    /// Idle → run.
-    Arm,
-    /// Run → idle.
-    Disarm,
-    /// Safe → self-test.
-    ResetFault,
-}
-
-impl From<CommandWord> for control::Command {
-    fn from(word: CommandWord) -> Self {
-        match word {
-            CommandWord::Arm => Self::Arm,
-            CommandWord::Disarm => Self::Disarm,
-            CommandWord::ResetFault => Self::ResetFault,
-        }
-    }
+    pub command: OperatorCommand,
 }
 
 /// Bounds on the outcome; each one given is checked.

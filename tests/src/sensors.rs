@@ -1,18 +1,19 @@
-//! Truth → codes: noise, faults, quantisation.
+//! Truth → codes with faults; noise and quantisation are those of the simulated closed loop.
 
-use crate::fault::{Channel, Fault, Kind};
-use crate::scenario::Noise;
+use crate::fault::{Fault, Kind};
+use control::Channel;
 use plant_model::Measurement;
+use plant_sim::CodeNoise;
+use plant_sim::sensors::{SensorChannel, channels, quantities};
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
-use rig_files::{Converter, Io};
+use rig_files::Io;
 use std::collections::VecDeque;
 
-/// The four channels.
-pub(crate) struct Sensors {
-    converters: [Converter; 4],
-    noise: [f64; 4],
+/// The four channels with what may be wrong with them.
+pub(crate) struct FaultySensors {
+    channels: [SensorChannel; 4],
     random: SmallRng,
     last: [u16; 4],
     lagged: [Option<f64>; 4],
@@ -21,13 +22,12 @@ pub(crate) struct Sensors {
     tick_s: f64,
 }
 
-impl Sensors {
-    pub(crate) fn new(io: &Io, noise: &Noise, seed: u64, faults: &[Fault]) -> Self {
+impl FaultySensors {
+    pub(crate) fn new(io: &Io, noise: &CodeNoise, seed: u64, faults: &[Fault]) -> Self {
         let tick_s = io.tick_s();
         let longest = faults.iter().filter(|f| f.kind == Kind::Delayed).map(|f| f.delay_s).fold(0.0, f64::max);
         Self {
-            converters: [io.position(), io.pressure(), io.pressure(), io.pressure()],
-            noise: [noise.position_m, noise.pressure_pa, noise.pressure_pa, noise.pressure_pa],
+            channels: channels(io, noise),
             random: SmallRng::seed_from_u64(seed),
             last: [0; 4],
             lagged: [None; 4],
@@ -39,7 +39,7 @@ impl Sensors {
 
     /// The codes of this tick.
     pub(crate) fn codes(&mut self, truth: &Measurement<f64>, t_s: f64, faults: &[Fault]) -> [u16; 4] {
-        let truth = [truth.y_m, truth.p_a_pa, truth.p_b_pa, truth.p_sup_pa];
+        let truth = quantities(truth);
         self.past.push_front(truth);
         self.past.truncate(self.depth);
         let mut codes = [0; 4];
@@ -56,9 +56,9 @@ impl Sensors {
                 }
                 match fault.kind {
                     Kind::Off => code = Some(0),
-                    Kind::Shorted => code = Some(self.converters[index].top_code() as u16),
+                    Kind::Shorted => code = Some(self.channels[index].top_code()),
                     Kind::Stuck => code = Some(self.last[index]),
-                    Kind::Garbage => code = Some(random & self.converters[index].top_code() as u16),
+                    Kind::Garbage => code = Some(random & self.channels[index].top_code()),
                     Kind::Scale => value *= fault.factor,
                     Kind::Drift => value += fault.per_second * (t_s - fault.at_s),
                     Kind::Slow => {
@@ -76,8 +76,7 @@ impl Sensors {
                     _ => (),
                 }
             }
-            let healthy = self.converters[index].code(value + self.noise[index] * gauss) as u16;
-            codes[index] = code.unwrap_or(healthy);
+            codes[index] = code.unwrap_or(self.channels[index].code(value, gauss));
         }
         self.last = codes;
         codes

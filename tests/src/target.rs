@@ -1,8 +1,10 @@
 //! Who executes the control step.
 
 use crate::rig;
-use control::{Config, DacCode, ExternalFaults, Inputs, Mode, Parameters, Reason, State};
-use monitor::{Monitor, MonitorParameters, Readings};
+use control::{ControllerState, DacCode, Inputs, Mode, Parameters, Reason};
+use firmware_core::{BenchPlant, ControlLoop, LoopTick, MonitorSetup, Order, Setup};
+use monitor::MonitorParameters;
+use plant_model::Plant;
 use rig_files::RigFile;
 
 /// What a target answers to one tick.
@@ -48,14 +50,9 @@ pub trait Target {
     fn watchdog_reset(&mut self) -> Result<(), TargetError>;
 }
 
-/// The control crate and the monitor on this computer, put together as the firmware does: the monitor runs behind the DAC
-/// write, its verdict counts in the next tick.
+/// The firmware's own loop on this computer.
 pub struct HostTarget {
-    config: Config,
-    state: State,
-    monitor: Option<Monitor>,
-    disagreement: bool,
-    previous_u_v: f32,
+    control_loop: ControlLoop,
     closest: f32,
 }
 
@@ -69,65 +66,57 @@ impl HostTarget {
         parameters: &Parameters,
         monitor: Option<&MonitorParameters>,
         output_delay_ticks: u8,
-        state: State,
+        state: ControllerState,
     ) -> Result<Self, TargetError> {
         let fail = |error: &dyn std::fmt::Display| TargetError(error.to_string());
-        let config = Config::from_parameters(parameters).map_err(|error| fail(&error))?;
         let monitor = match monitor {
             None => None,
-            Some(parameters) => Some(
-                Monitor::new(
-                    &rig::convert(&rig.rig),
-                    &rig.effects.convert(),
-                    parameters,
-                    rig.io.tick_s() as f32,
-                    output_delay_ticks,
-                )
-                .map_err(|error| fail(&error))?,
-            ),
+            Some(parameters) => Some(MonitorSetup {
+                plant: Plant::new(&rig::convert(&rig.rig), &rig.effects.convert()).map_err(|error| fail(&error))?,
+                parameters: *parameters,
+                trips: true,
+                output_delay_ticks,
+            }),
         };
-        Ok(Self { config, state, monitor, disagreement: false, previous_u_v: 0.0, closest: 0.0 })
+        let setup = Setup::new(parameters, monitor, 1).map_err(|error| fail(&error))?;
+        Ok(Self { control_loop: ControlLoop::in_state(setup, state), closest: 0.0 })
     }
-}
 
-impl HostTarget {
+    /// In bench mode: the loop's own plant in place of the codes of the ticks. As on the board, a loop that runs already refuses.
+    #[must_use]
+    pub fn on_the_bench(mut self, plant: BenchPlant) -> Self {
+        self.control_loop.order(&Order::BenchOn(plant));
+        self
+    }
+
     /// The largest residual of the monitor so far, as a share of its threshold: how close it came to a trip.
     #[must_use]
     pub fn closest_to_disagreement(&self) -> f32 {
         self.closest
     }
+
+    /// A tick with everything that it leaves for telemetry.
+    pub fn loop_tick(&mut self, inputs: &Inputs) -> LoopTick {
+        if let Some(command) = inputs.command {
+            self.control_loop.order(&Order::Command(command));
+        }
+        self.control_loop.hold(inputs.reference);
+        let codes = [inputs.position, inputs.pressure_a, inputs.pressure_b, inputs.supply.unwrap_or_default()];
+        let tick = self.control_loop.tick(codes.map(|code| code.0), inputs.faults, inputs.host_heard);
+        self.control_loop.watch_and(|verdict| self.closest = self.closest.max(verdict.closeness()));
+        tick
+    }
 }
 
 impl Target for HostTarget {
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError> {
-        let inputs =
-            Inputs { faults: ExternalFaults { model_disagreement: self.disagreement, ..inputs.faults }, ..*inputs };
-        let outputs = control::step(&self.config, &mut self.state, inputs);
-        if let Some(monitor) = &mut self.monitor {
-            let telemetry = &outputs.telemetry;
-            let readings = Readings {
-                position_m: telemetry.position.to_num(),
-                pressure_a_pa: telemetry.pressure_a.to_num(),
-                pressure_b_pa: telemetry.pressure_b.to_num(),
-                supply_pa: telemetry.supply.map(|p| p.to_num()),
-            };
-            let u_v: f32 = telemetry.u.to_num();
-            if outputs.mode == Mode::Run {
-                let verdict = monitor.step(&readings, self.previous_u_v);
-                self.disagreement = verdict.disagreement;
-                self.closest = self.closest.max(verdict.closeness());
-            } else {
-                monitor.restart(u_v);
-                self.disagreement = false;
-            }
-            self.previous_u_v = u_v;
-        }
-        Ok(TickOutput { dac: outputs.dac, mode: outputs.mode })
+        // What the law wants: in bench mode the valve itself stands at the safe code.
+        let dac = DacCode(self.loop_tick(inputs).record.dac);
+        Ok(TickOutput { dac, mode: self.control_loop.mode() })
     }
 
     fn watchdog_reset(&mut self) -> Result<(), TargetError> {
-        self.state = State::boot(Some(Reason::WatchdogReset));
-        self.disagreement = false;
+        self.control_loop.reboot(Reason::WatchdogReset);
         Ok(())
     }
 }

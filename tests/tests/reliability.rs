@@ -1,6 +1,7 @@
 //! The reliability study in small: what must be caught is caught, and normal running never trips.
 
-use scenarios::fault::{Channel, Kind};
+use control::Channel;
+use scenarios::fault::Kind;
 use scenarios::reliability::{RIGS, normal_running, rows, study};
 
 fn select(choose: impl Fn(Kind, Option<Channel>) -> bool) -> Vec<scenarios::reliability::Row> {

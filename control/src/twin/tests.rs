@@ -1,12 +1,12 @@
 //! The fixed-point path against its f64 twin, over the whole input space.
 
 use super::{blend_v, output, quantity};
-use crate::{AdcCode, Config, Inputs, Mode, Parameters, Position, State, step};
+use crate::{AdcCode, Config, ControllerState, Inputs, Mode, Parameters, Position, step};
 use proptest::prelude::*;
 
 /// Runs the fixed-point controller for one armed tick; the pressures are healthy.
 fn fixed(config: &Config, reference: Position, position: u16) -> crate::Outputs {
-    let mut state = State::armed();
+    let mut state = ControllerState::armed();
     let healthy = AdcCode(u16::MAX / 2);
     let inputs = Inputs {
         reference,

@@ -1,19 +1,19 @@
 //! A controller with healthy sensors that a test can spoil one by one.
 #![allow(dead_code, unreachable_pub)]
 
-use control::{AdcCode, Command, Config, Inputs, Mode, Outputs, Parameters, Position, State, step};
+use control::{AdcCode, Config, ControllerState, Inputs, Mode, OperatorCommand, Outputs, Parameters, Position, step};
 
 /// Codes of a resting piston at mid-stroke, 3.6 bar in the chambers, 7 bar supply, with noise of a chosen width.
 pub struct Bench {
     pub config: Config,
-    pub state: State,
+    pub state: ControllerState,
     pub inputs: Inputs,
     pub noise_codes: u32,
     random: u32,
 }
 
 impl Bench {
-    pub fn new(parameters: &Parameters, state: State) -> Self {
+    pub fn new(parameters: &Parameters, state: ControllerState) -> Self {
         let inputs = Inputs {
             reference: Position::from_num(0.1),
             position: AdcCode(32_768),
@@ -27,7 +27,7 @@ impl Bench {
     }
 
     pub fn armed() -> Self {
-        Self::new(&Parameters::default(), State::armed())
+        Self::new(&Parameters::default(), ControllerState::armed())
     }
 
     pub fn noisy(mut self, codes: u32) -> Self {
@@ -62,7 +62,7 @@ impl Bench {
         self.state.mode()
     }
 
-    pub fn command(&mut self, command: Command) -> Mode {
+    pub fn command(&mut self, command: OperatorCommand) -> Mode {
         self.tick(|inputs| inputs.command = Some(command)).mode
     }
 

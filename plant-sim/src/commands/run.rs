@@ -1,11 +1,12 @@
 //! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
 
 use super::CliError;
+use control::{Mode, Reason};
 use plant_sim::charts;
 use plant_sim::controller;
 use plant_sim::metrics::StepMetrics;
 use plant_sim::recording::Recording;
-use plant_sim::{LoopSettings, Noise};
+use plant_sim::{ConversionNoise, LoopSettings, MonitorAction};
 use report_html::{Page, Table, Tone, svg};
 use rig_files::{InputError, RigFile, write_file};
 use std::path::PathBuf;
@@ -37,14 +38,17 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
     duration: f64,
     /// Standard deviation of the position sensor's noise, m
-    #[arg(long, value_name = "METRES", default_value_t = Noise::default().position_m, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", default_value_t = ConversionNoise::default().position_m, allow_negative_numbers = true)]
     noise_position: f64,
     /// Standard deviation of the pressure sensors' noise, Pa
-    #[arg(long, value_name = "PASCAL", default_value_t = Noise::default().pressure_pa, allow_negative_numbers = true)]
+    #[arg(long, value_name = "PASCAL", default_value_t = ConversionNoise::default().pressure_pa, allow_negative_numbers = true)]
     noise_pressure: f64,
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// What the controller's model monitor does when the readings contradict the rig's nominal values. On the board it trips
+    #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
+    monitor: MonitorAction,
     /// Folder for the report, the picture and the logs
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
@@ -67,8 +71,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         arguments.rig.iter().map(|path| RigFile::read(path)).collect::<Result<_, _>>()?
     };
     let settings = LoopSettings {
-        noise: Noise { position_m: arguments.noise_position, pressure_pa: arguments.noise_pressure },
+        noise: ConversionNoise { position_m: arguments.noise_position, pressure_pa: arguments.noise_pressure },
         seed: arguments.seed,
+        monitor: arguments.monitor,
         ..LoopSettings::default()
     };
     super::make_folder(&arguments.out)?;
@@ -79,7 +84,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
     let table = table(&runs);
     say!("{}", super::text_table(&table));
-    warn_if_safe(&runs);
+    for warning in warnings(&runs) {
+        eprintln!("warning: {warning}");
+    }
 
     let report = arguments.out.join("run.html");
     let page = page(&runs, table, arguments);
@@ -129,12 +136,25 @@ fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Re
     Ok(Run { name: rig.name.clone(), recording, metrics })
 }
 
-fn warn_if_safe(runs: &[Run]) {
-    for run in runs {
-        if run.recording.mode != control::Mode::Run {
-            eprintln!("warning: {}: the controller ended in `{}`", run.name, run.recording.mode);
+/// What a reader of the table must know: a controller that did not run to the end, or whose monitor disagreed.
+fn warnings(runs: &[Run]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for Run { name, recording, .. } in runs {
+        if recording.mode != Mode::Run {
+            warnings.push(format!("{name}: the controller ended in `{}`", recording.mode));
+        }
+        if let Some(t_s) = recording.contradicted_s {
+            let then = if recording.mode == Mode::Safe(Reason::ModelDisagreement) {
+                "with `--monitor warn` the controller runs on"
+            } else {
+                "on the board this leads to the safe state by default"
+            };
+            warnings.push(format!(
+                "{name}: at {t_s:.3} s the model monitor finds that the readings contradict the rig's nominal values; {then}"
+            ));
         }
     }
+    warnings
 }
 
 fn table(runs: &[Run]) -> Table {
@@ -173,9 +193,8 @@ fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
         "The firmware's fixed-point control law positions simulated pneumatic cylinders: sensors with noise, converters \
          with quantisation and oversampling, one tick of output delay, valve, chambers, friction.",
     );
-    for run in runs.iter().filter(|run| run.recording.mode != control::Mode::Run) {
-        let text = format!("{}: the controller ended in `{}`.", run.name, run.recording.mode);
-        page.callout(Tone::Bad, text);
+    for warning in warnings(runs) {
+        page.callout(Tone::Bad, format!("{warning}."));
     }
     page.table(table.caption(
         "Settling: the time after which the error stays within the band; – means that it does not within the run. \
@@ -205,7 +224,12 @@ fn command_line(arguments: &Arguments) -> String {
     }
     text += &format!(" --target {} --duration {}", arguments.target, arguments.duration);
     text += &format!(" --noise-position {} --noise-pressure {}", arguments.noise_position, arguments.noise_pressure);
-    text + &format!(" --seed {}", arguments.seed)
+    text += &format!(" --seed {}", arguments.seed);
+    match arguments.monitor {
+        MonitorAction::Trip => text,
+        MonitorAction::Warn => text + " --monitor warn",
+        MonitorAction::Off => text + " --monitor off",
+    }
 }
 
 fn picture_of(runs: &[Run], arguments: &Arguments) -> std::io::Result<String> {

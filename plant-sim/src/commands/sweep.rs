@@ -4,9 +4,10 @@ use super::{CliError, RigArgument};
 use indicatif::{ProgressBar, ProgressStyle};
 use plant_sim::metrics::StepMetrics;
 use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, run_all, within_tolerance};
-use plant_sim::{LoopSettings, Noise, controller};
+use plant_sim::{LoopSettings, MonitorAction, controller};
 use report_html::{Page, Plot, Series, Table};
 use rig_files::{InputError, RigFile, write_file};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ use std::time::Instant;
 ///
 /// Without --samples every combination of the --vary grids is run. With --samples each run draws the --vary keys uniformly
 /// over their ranges; with --tolerance (or no --vary at all) also every nominal value of the plant, as uncertain as the rig
-/// file's [tolerance] says. The controller keeps its nominal parameters. Results are the same for the same seed on any
+/// file's [tolerance] says. The controller and its model monitor keep their nominal parameters. Results are the same for the same seed on any
 /// number of threads. Ctrl-C stops after the runs under way; what is done is written.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
@@ -49,6 +50,9 @@ pub(crate) struct Arguments {
     /// Length of each run, s
     #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
     duration: f64,
+    /// What the controller's model monitor does when the plant contradicts its nominal values. On the board it trips
+    #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
+    monitor: MonitorAction,
     /// Threads; by default one per core
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -148,7 +152,7 @@ fn base(arguments: &Arguments) -> Result<Base, CliError> {
         Some(path) => controller::read_parameters(path, &rig)?,
         None => controller::parameters(&rig),
     };
-    let settings = LoopSettings { noise: Noise::default(), ..LoopSettings::default() };
+    let settings = LoopSettings { monitor: arguments.monitor, ..LoopSettings::default() };
     Ok(Base { rig, parameters, settings, target_m: arguments.target, duration_s: arguments.duration })
 }
 
@@ -232,9 +236,12 @@ fn summary(done: &[(&Job, &Outcome)]) -> Table {
         let share = format!("{:.1} %", 100.0 * values.len() as f64 / done.len().max(1) as f64);
         table.row([figure.label.to_string(), share, at(0.0), at(0.05), at(0.5), at(0.95), at(1.0)]);
     }
-    let safe = done.iter().filter(|(_, outcome)| outcome.state != "run").count();
-    if safe > 0 {
-        let mut row = vec!["ended in a safe state".to_string(), safe.to_string()];
+    let mut ends: BTreeMap<&str, usize> = BTreeMap::new();
+    for (_, outcome) in done.iter().filter(|(_, outcome)| outcome.state != "run") {
+        *ends.entry(&outcome.state).or_default() += 1;
+    }
+    for (state, count) in ends {
+        let mut row = vec![format!("ended in {state}"), format!("{count} runs")];
         row.resize(7, String::new());
         table.row(row);
     }

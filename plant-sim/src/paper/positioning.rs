@@ -2,17 +2,18 @@
 
 use super::{Claim, Figure};
 use crate::charts;
-use crate::closed_loop::{LoopSettings, Noise};
+use crate::closed_loop::LoopSettings;
 use crate::controller::parameters;
 use crate::metrics::StepObserver;
 use crate::recording::Recording;
+use crate::sensors::ConversionNoise;
 use rig_files::RigFile;
 
 const TARGET_M: f64 = 0.045;
 const DURATION_S: f64 = 20.0;
 
 pub(super) fn three_cylinders() -> Figure {
-    let settings = LoopSettings { noise: Noise::NONE, ..LoopSettings::default() };
+    let settings = LoopSettings { noise: ConversionNoise::NONE, ..LoopSettings::default() };
     let rigs = [RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()];
     let runs: Vec<Recording> = rigs
         .iter()

@@ -1,21 +1,21 @@
-//! What drives the setpoint: one position, or a program of `control::generator`.
+//! The setpoint's course: one position, or a program of `control::program`, which the board runs by itself.
 
-use board_link::{Generator, GeneratorError, Shape};
+use board_link::{Generator, GeneratorError};
 use control::Position;
-use control::generator::{self, GeneratorParameters, GeneratorState, Kind};
+use control::program::{Program, ProgramParameters, ProgramState, Shape};
 
-/// A generator made ready for ticks of one length, and where it stands.
+/// Where the setpoint goes, tick by tick.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no allocator, and one exists")]
 pub enum Course {
     /// One position.
     Hold(Position),
     /// A program.
-    Repeat(generator::Generator, GeneratorState),
+    Repeat(Program, ProgramState),
 }
 
 impl Course {
-    /// Checks a generator and prepares it. Uses floats: for the background, not for the tick.
+    /// Checks what a host asks for and prepares it. Uses floats: for the background, not for the tick.
     ///
     /// # Errors
     /// If a number of the generator is out of range.
@@ -24,21 +24,20 @@ impl Course {
         match *generator {
             Generator::Hold { position_um } => Ok(Self::Hold(metres(position_um))),
             Generator::Repeat { shape, centre_um, amplitude_um, period_ms } => {
-                let parameters = GeneratorParameters {
-                    kind: match shape {
-                        Shape::Step => Kind::Step,
-                        Shape::Ramp => Kind::Ramp,
-                        Shape::Sine => Kind::Sine,
-                        Shape::Identification => Kind::Identification,
+                let parameters = ProgramParameters {
+                    shape: match shape {
+                        board_link::Shape::Step => Shape::Step,
+                        board_link::Shape::Ramp => Shape::Ramp,
+                        board_link::Shape::Sine => Shape::Sine,
+                        board_link::Shape::Identification => Shape::Identification,
                     },
                     centre_m: centre_um as f32 * 1.0e-6,
                     amplitude_m: amplitude_um as f32 * 1.0e-6,
                     period_s: period_ms as f32 * 1.0e-3,
                 };
                 // The check above is the tighter one.
-                let program = generator::Generator::from_parameters(&parameters, tick_hz)
-                    .map_err(|_| GeneratorError::Position)?;
-                Ok(Self::Repeat(program, GeneratorState::default()))
+                let program = Program::from_parameters(&parameters, tick_hz).map_err(|_| GeneratorError::Position)?;
+                Ok(Self::Repeat(program, ProgramState::default()))
             }
         }
     }

@@ -18,10 +18,10 @@ use crate::arithmetic::{multiply, saturate};
 use crate::config::ConfigError;
 use crate::quantities::Position;
 
-/// Which reference to make.
+/// What the reference looks like over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
-pub enum Kind {
+pub enum Shape {
     /// Square wave between centre + amplitude (first) and centre − amplitude.
     #[default]
     Step,
@@ -36,9 +36,10 @@ pub enum Kind {
 /// A reference program in physical numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
-pub struct GeneratorParameters {
-    /// The shape.
-    pub kind: Kind,
+pub struct ProgramParameters {
+    /// The shape; `kind` in scenario files.
+    #[cfg_attr(feature = "serde", serde(rename = "kind"))]
+    pub shape: Shape,
     /// Centre of the motion, m; within ±3.9.
     pub centre_m: f32,
     /// Half the peak-to-peak motion, m; 0 … 3.9.
@@ -48,7 +49,7 @@ pub struct GeneratorParameters {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Shape {
+enum SegmentShape {
     Rest,
     Square,
     Triangle,
@@ -61,7 +62,7 @@ enum Shape {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Segment {
-    shape: Shape,
+    shape: SegmentShape,
     ticks: u32,
     amplitude: i32,
     phase_step: u32,
@@ -71,16 +72,16 @@ struct Segment {
 
 const MAX_SEGMENTS: usize = 6;
 
-/// A program ready to run: see [`Generator::advance`].
+/// A program ready to run: see [`Program::advance`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Generator {
+pub struct Program {
     centre: Position,
     segments: [Segment; MAX_SEGMENTS],
 }
 
-/// Where in the program the generator is. `Default` is the beginning.
+/// How far a program has run. `Default` is the beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GeneratorState {
+pub struct ProgramState {
     segment: usize,
     tick: u32,
     phase: u32,
@@ -89,18 +90,18 @@ pub struct GeneratorState {
     random: u32,
 }
 
-impl Default for GeneratorState {
+impl Default for ProgramState {
     fn default() -> Self {
         Self { segment: 0, tick: 0, phase: 0, phase_step_q16: 0, level: 0, random: 0x2F6E_2B15 }
     }
 }
 
-impl Generator {
+impl Program {
     /// Prepares a program.
     ///
     /// # Errors
     /// The first parameter that is not finite or out of range.
-    pub fn from_parameters(p: &GeneratorParameters, tick_hz: u32) -> Result<Self, ConfigError> {
+    pub fn from_parameters(p: &ProgramParameters, tick_hz: u32) -> Result<Self, ConfigError> {
         let check = |key, value: f32, low: f32, high: f32, must| {
             if value >= low && value <= high {
                 Ok(f64::from(value))
@@ -133,20 +134,20 @@ impl Generator {
                 phase_step_rise_q16: rise as i64,
             }
         };
-        let none = Segment { shape: Shape::Rest, ticks: 0, amplitude: 0, phase_step: 0, phase_step_rise_q16: 0 };
+        let none = Segment { shape: SegmentShape::Rest, ticks: 0, amplitude: 0, phase_step: 0, phase_step_rise_q16: 0 };
         let mut segments = [none; MAX_SEGMENTS];
-        match p.kind {
-            Kind::Step => segments[0] = segment(Shape::Square, 1.0, 1.0, 1.0, 1.0),
-            Kind::Ramp => segments[0] = segment(Shape::Triangle, 1.0, 1.0, 1.0, 1.0),
-            Kind::Sine => segments[0] = segment(Shape::Sine, 1.0, 1.0, 1.0, 1.0),
-            Kind::Identification => {
+        match p.shape {
+            Shape::Step => segments[0] = segment(SegmentShape::Square, 1.0, 1.0, 1.0, 1.0),
+            Shape::Ramp => segments[0] = segment(SegmentShape::Triangle, 1.0, 1.0, 1.0, 1.0),
+            Shape::Sine => segments[0] = segment(SegmentShape::Sine, 1.0, 1.0, 1.0, 1.0),
+            Shape::Identification => {
                 segments = [
-                    segment(Shape::Rest, 0.04, 0.0, 0.0, 1.0),
-                    segment(Shape::Levels, 0.36, 1.0, 0.36 * 40.0, 1.0),
-                    segment(Shape::Triangle, 0.20, 1.0, 2.0, 1.0),
-                    segment(Shape::Triangle, 0.10, 0.1, 2.0, 1.0),
-                    segment(Shape::Sine, 0.18, 0.3, 0.18 * 8.0, 10.0),
-                    segment(Shape::TwoLevel, 0.12, 0.15, 0.12 * 200.0, 1.0),
+                    segment(SegmentShape::Rest, 0.04, 0.0, 0.0, 1.0),
+                    segment(SegmentShape::Levels, 0.36, 1.0, 0.36 * 40.0, 1.0),
+                    segment(SegmentShape::Triangle, 0.20, 1.0, 2.0, 1.0),
+                    segment(SegmentShape::Triangle, 0.10, 0.1, 2.0, 1.0),
+                    segment(SegmentShape::Sine, 0.18, 0.3, 0.18 * 8.0, 10.0),
+                    segment(SegmentShape::TwoLevel, 0.12, 0.15, 0.12 * 200.0, 1.0),
                 ];
             }
         }
@@ -155,7 +156,7 @@ impl Generator {
 
     /// The reference for this tick; moves the state on by one tick.
     #[inline]
-    pub fn advance(&self, state: &mut GeneratorState) -> Position {
+    pub fn advance(&self, state: &mut ProgramState) -> Position {
         let Some(segment) = self.segments.get(state.segment) else { return self.centre };
         let first = state.tick == 0;
         if first {
@@ -164,21 +165,21 @@ impl Generator {
         }
         // Signed fraction of the amplitude, 30 fractional bits.
         let fraction = match segment.shape {
-            Shape::Rest => 0,
-            Shape::Square => {
+            SegmentShape::Rest => 0,
+            SegmentShape::Square => {
                 if state.phase < 1 << 31 {
                     ONE
                 } else {
                     -ONE
                 }
             }
-            Shape::Triangle => triangle(state.phase),
-            Shape::Sine => sine(state.phase),
-            Shape::Levels | Shape::TwoLevel => {
+            SegmentShape::Triangle => triangle(state.phase),
+            SegmentShape::Sine => sine(state.phase),
+            SegmentShape::Levels | SegmentShape::TwoLevel => {
                 let step = (state.phase_step_q16 >> 16) as u32;
                 if first || state.phase < step {
                     state.random = next_random(state.random);
-                    state.level = if segment.shape == Shape::Levels {
+                    state.level = if segment.shape == SegmentShape::Levels {
                         (state.random >> 1) as i32 - ONE
                     } else if state.random & 1 == 0 {
                         ONE
