@@ -19,7 +19,6 @@
 pub mod board;
 pub mod charts;
 pub mod closed_loop;
-pub mod controller;
 pub mod gap;
 pub mod import;
 pub mod metrics;
@@ -30,6 +29,8 @@ pub mod recording;
 pub mod stdio;
 pub mod sweep;
 pub mod telemetry;
+
+pub use rig_files::controller;
 
 pub use closed_loop::{ClosedLoop, LoopError, LoopSettings, Noise};
 pub use metrics::{StepMetrics, StepObserver};

@@ -1,7 +1,10 @@
 //! The firmware's controller for a rig: its parameters from the rig file, overlaid by a controller file.
 
-use control::{Config, ConfigError, Parameters};
-use rig_files::{Document, InputError, RigFile, read_text};
+use crate::document::Document;
+use crate::error::InputError;
+use crate::rig_file::RigFile;
+use crate::write::read_text;
+use control::{Config, ConfigError, Key, Parameters, Value};
 use std::path::Path;
 
 /// The parameters for a rig: its converters, its nominal dead zone and limits; everything else at the firmware's defaults
@@ -25,7 +28,8 @@ pub fn parameters(rig: &RigFile) -> Parameters {
         max_voltage_v: valve.max_voltage_v as f32,
         // No chamber falls far below atmosphere, and the last hundredth of the range is the sensor's rail.
         pressure_limits_pa: [p_low.max(0.5 * supply.atmosphere_pa) as f32, (p_high - 0.01 * (p_high - p_low)) as f32],
-        supply_minimum_pa: (0.571 * supply.pressure_pa) as f32,
+        // The share that the default of 4 bar is of the paper's 7.
+        supply_minimum_pa: (supply.pressure_pa * 4.0 / 7.0) as f32,
         ..Parameters::default()
     }
 }
@@ -46,14 +50,14 @@ pub fn overlay(text: &str, file: &str, base: Parameters) -> Result<Parameters, I
     let document = Document::parse(text, file)?;
     let refused = |error: toml::ser::Error| InputError::new(file, format!("cannot be applied: {error}"), "report this");
     let mut table = toml::Table::try_from(&base).map_err(refused)?;
-    let known = known_keys();
+    let known = Key::ALL.map(|key| key.row().key);
     let given: toml::Table = toml::from_str(text)
         .map_err(|error| InputError::new(file, format!("is not valid TOML: {}", error.message()), "correct it"))?;
     let mut parameters = base;
     let entries = document.entries();
     for entry in &entries {
-        if !known.iter().any(|key| key == entry.name) {
-            return Err(entry.unknown(known.iter().map(String::as_str)));
+        if !known.contains(&entry.name) {
+            return Err(entry.unknown(known));
         }
         if let Some(value) = given.get(entry.name) {
             table.insert(entry.name.to_string(), value.clone());
@@ -81,18 +85,19 @@ pub fn config_error(file: &str, error: &ConfigError) -> InputError {
     InputError::new(file, problem, "correct the value in the rig file or in the controller file")
 }
 
-/// Every key of a controller file.
-fn known_keys() -> Vec<String> {
-    let full = Parameters {
-        setpoint_range_m: Some([0.0, 0.1]),
-        setpoint_velocity_m_per_s: Some(1.0),
-        setpoint_acceleration_m_per_s2: Some(1.0),
-        dead_zone_blend_v: Some(0.01),
-        safe_voltage_v: Some(0.0),
-        command_time_out_s: Some(1.0),
-        ..Parameters::default()
+/// Every key of a controller file with its unit, range and default, for `--help`.
+#[must_use]
+pub fn keys_help() -> String {
+    let line = |key: Key| {
+        let row = key.row();
+        let range = match key.default_value() {
+            Value::Flag(_) => "true or false".to_string(),
+            _ if row.limits.pair => format!("two of {}", row.limits),
+            _ => row.limits.to_string(),
+        };
+        format!("  {:31} {range}, default {}\n", row.key, key.default_value())
     };
-    toml::Table::try_from(&full).map(|table| table.keys().cloned().collect()).unwrap_or_default()
+    "KEYS of a controller file (meanings: docs/controller.md)\n".to_string() + &Key::ALL.map(line).concat()
 }
 
 #[cfg(test)]
@@ -101,18 +106,18 @@ mod tests {
 
     #[test]
     fn the_papers_rigs_get_the_firmwares_default_parameters() {
-        let parameters = parameters(&RigFile::paper_a());
-        let default = Parameters::default();
-        assert_eq!(
-            Parameters {
-                supply_minimum_pa: default.supply_minimum_pa,
-                pressure_limits_pa: default.pressure_limits_pa,
-                ..parameters.clone()
-            },
-            default
-        );
-        assert!((parameters.supply_minimum_pa - 4.0e5).abs() < 1e3);
-        assert!((parameters.pressure_limits_pa[1] - 9.9e5).abs() < 1.0);
+        for rig in [RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()] {
+            assert_eq!(parameters(&rig), Parameters::default());
+        }
+    }
+
+    #[test]
+    fn the_help_lists_every_key_with_its_range_and_default() {
+        let help = keys_help();
+        for key in toml::Table::try_from(Parameters::default()).expect("a table").keys() {
+            assert!(help.contains(&format!("  {key} ")), "{key}");
+        }
+        assert!(help.contains("gain_v_per_m                    0 to 10000 V/m, default 4.0\n"), "{help}");
     }
 
     #[test]
