@@ -12,17 +12,13 @@ use serde::{Deserialize, Serialize};
 pub struct ParameterInfo {
     /// Name with its unit.
     pub name: &'static str,
-    /// SI unit, empty for a ratio or a count.
-    pub unit: &'static str,
     /// Value of a new board.
     pub default: f32,
-    /// Smallest value accepted.
-    pub low: f32,
-    /// Largest value accepted.
-    pub high: f32,
-    /// Whether 0 is accepted, too, and means that there is none.
-    pub zero_means_none: bool,
-    /// What it does, in a sentence or two.
+    /// The values accepted; where they are optional, 0 is accepted, too, and means that there is none.
+    pub limits: Limits,
+    /// If it is an end of a pair that is one parameter elsewhere: which.
+    pub end: Option<End>,
+    /// What it does, in a sentence or two; of a pair, what both do.
     pub meaning: &'static str,
 }
 
@@ -191,6 +187,24 @@ parameters! {
     Breakaway = 58: rig.breakaway_m;
 }
 
+impl ParameterInfo {
+    /// The range in words, e.g. `0.0001 to 50 m/s; 0: none`.
+    pub fn range(&self) -> impl core::fmt::Display {
+        let none = if self.limits.optional { "; 0: none" } else { "" };
+        core::fmt::from_fn(move |f| write!(f, "{}{none}", self.limits))
+    }
+
+    /// The meaning; of an end of a pair, which end it is.
+    pub fn words(&self) -> impl core::fmt::Display {
+        let end = match self.end {
+            None => "",
+            Some(End::First) => "The first of: ",
+            Some(End::Second) => "The second of: ",
+        };
+        core::fmt::from_fn(move |f| write!(f, "{end}{}", self.meaning))
+    }
+}
+
 impl Parameter {
     /// The number in frames and in flash.
     #[must_use]
@@ -221,6 +235,15 @@ impl Parameter {
         })
     }
 
+    /// Which end it is of a pair that is one parameter elsewhere.
+    #[must_use]
+    pub const fn end(self) -> Option<End> {
+        match self.source() {
+            Source::Control(key, end) if key.row().limits.pair => Some(end),
+            _ => None,
+        }
+    }
+
     /// The values that the board takes.
     #[must_use]
     pub fn limits(self) -> Limits {
@@ -230,7 +253,13 @@ impl Parameter {
             Source::Rig(place) => place.key().limits,
             Source::Board(key) => key.row().limits,
         };
-        let [low, high] = self.narrower().unwrap_or([limits.low, limits.high]);
+        let [low, high] = match (self.narrower(), self.end()) {
+            (Some(narrower), _) => narrower,
+            // The other end needs its place, too.
+            (None, Some(End::First)) => [limits.low, limits.high - f64::from(limits.apart)],
+            (None, Some(End::Second)) => [limits.low + f64::from(limits.apart), limits.high],
+            (None, None) => [limits.low, limits.high],
+        };
         // A board always has both ends of a range.
         Limits { low, high, pair: false, optional: limits.optional && !limits.pair, ..limits }
     }
@@ -264,14 +293,11 @@ impl Parameter {
     /// Everything that lists show.
     #[must_use]
     pub fn info(self) -> ParameterInfo {
-        let limits = self.limits();
         ParameterInfo {
             name: self.name(),
-            unit: limits.unit,
             default: self.default_value(),
-            low: limits.low as f32,
-            high: limits.high as f32,
-            zero_means_none: limits.optional,
+            limits: self.limits(),
+            end: self.end(),
             meaning: self.meaning(),
         }
     }

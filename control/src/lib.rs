@@ -55,7 +55,7 @@ pub mod twin;
 pub use codes::{AdcCode, DacCode};
 pub use config::{Config, ConfigError};
 pub use modes::{Channel, Command, Mode, Reason};
-pub use parameter_table::{End, Must, Row, Value};
+pub use parameter_table::{End, Limits, Must, Row, Value};
 pub use parameters::{Key, Parameters, acceleration_range};
 pub use quantities::{Position, Pressure, Velocity, Voltage};
 pub use tick::{ExternalFaults, Inputs, Outputs, State, Telemetry, step};

@@ -1,6 +1,6 @@
 //! Ranges, and what is said about a value outside.
 
-use crate::value::Value;
+use crate::value::{Short, Value};
 use core::fmt;
 
 /// One line of a table.
@@ -11,6 +11,9 @@ pub struct Row {
     /// What values it may take.
     pub limits: Limits,
 }
+
+/// Two decimal numbers a given distance apart may be this part of it apart once they are rounded to single precision.
+const ROUNDED: f32 = 0.999;
 
 /// The values that a parameter may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +63,7 @@ impl Row {
                 let distance = f64::from(second) - f64::from(first);
                 if let Some(outside) = [first, second].into_iter().find(|x| !limits.contains(*x)) {
                     Some(f64::from(outside))
-                } else if distance >= f64::from(limits.apart) {
+                } else if distance >= f64::from(ROUNDED * limits.apart) {
                     None
                 } else {
                     Some(f64::from(second))
@@ -89,16 +92,6 @@ impl From<&'static str> for Must {
     }
 }
 
-/// A limit in few characters: powers of ten where zeros would have to be counted.
-struct Short(f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = if self.0 < 0.0 { -self.0 } else { self.0 };
-        if size == 0.0 || (1.0e-3..1.0e5).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
-    }
-}
-
 impl fmt::Display for Limits {
     /// `0 to 10000 V/m`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -114,7 +107,7 @@ impl fmt::Display for Must {
             Self::Fit(limits) if limits.pair => {
                 write!(f, "be two values from {limits}, the first ")?;
                 if limits.apart > 0.0 {
-                    write!(f, "at least {} {} below the second", limits.apart, limits.unit)?;
+                    write!(f, "at least {} {} below the second", Short(limits.apart), limits.unit)?;
                 } else {
                     f.write_str("not above the second")?;
                 }

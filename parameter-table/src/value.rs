@@ -2,6 +2,16 @@
 
 use core::fmt;
 
+/// A number in few characters: powers of ten where zeros would have to be counted.
+pub(crate) struct Short<T>(pub(crate) T);
+
+impl<T: Copy + Into<f64> + fmt::Display + fmt::LowerExp> fmt::Display for Short<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.into().abs();
+        if size == 0.0 || (1.0e-3..1.0e5).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+    }
+}
+
 /// A value, whatever the type of the field that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
@@ -21,8 +31,8 @@ impl fmt::Display for Value {
         match self {
             Self::Absent => f.write_str("absent"),
             Self::Flag(flag) => write!(f, "{flag}"),
-            Self::Number(number) => write!(f, "{number:?}"),
-            Self::Pair([first, second]) => write!(f, "[{first:?}, {second:?}]"),
+            Self::Number(number) => write!(f, "{}", Short(*number)),
+            Self::Pair([first, second]) => write!(f, "[{}, {}]", Short(*first), Short(*second)),
         }
     }
 }

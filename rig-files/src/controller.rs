@@ -117,7 +117,7 @@ mod tests {
         for key in toml::Table::try_from(Parameters::default()).expect("a table").keys() {
             assert!(help.contains(&format!("  {key} ")), "{key}");
         }
-        assert!(help.contains("gain_v_per_m                    0 to 10000 V/m, default 4.0\n"), "{help}");
+        assert!(help.contains("gain_v_per_m                    0 to 10000 V/m, default 4\n"), "{help}");
     }
 
     #[test]

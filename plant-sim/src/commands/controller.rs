@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  \
     echo '0.045 32768 23710 23710 45875' | plant-sim controller --rig rigs/paper-a.toml --stdio\n  \
-    2121 run")]
+    2121 run\n\n".to_owned() + &controller::keys_help())]
 pub(crate) struct Arguments {
     #[command(flatten)]
     rig: RigArgument,
