@@ -14,7 +14,7 @@ pub struct ParameterInfo {
     pub name: &'static str,
     /// Value of a new board.
     pub default: f32,
-    /// The values accepted; where they are optional, 0 is accepted, too, and means that there is none.
+    /// The values accepted; where they are optional, 0 is accepted, too, and means absent.
     pub limits: Limits,
     /// If it is an end of a pair that is one parameter elsewhere: which.
     pub end: Option<End>,
@@ -188,10 +188,10 @@ parameters! {
 }
 
 impl ParameterInfo {
-    /// The range in words, e.g. `0.0001 to 50 m/s; 0: none`.
+    /// The range in words, e.g. `1e-4 to 50 m/s; 0: absent`.
     pub fn range(&self) -> impl core::fmt::Display {
-        let none = if self.limits.optional { "; 0: none" } else { "" };
-        core::fmt::from_fn(move |f| write!(f, "{}{none}", self.limits))
+        let absent = if self.limits.optional { "; 0: absent" } else { "" };
+        core::fmt::from_fn(move |f| write!(f, "{}{absent}", self.limits))
     }
 
     /// The meaning; of an end of a pair, which end it is.
@@ -308,7 +308,7 @@ impl Parameter {
     /// If the value is outside, or not a number.
     pub fn check(self, value: f32) -> Result<(), ParameterError> {
         let limits = self.limits();
-        let none = limits.optional && value == 0.0;
-        if none || limits.contains(value) { Ok(()) } else { Err(ParameterError::Range) }
+        let absent = limits.optional && value == 0.0;
+        if absent || limits.contains(value) { Ok(()) } else { Err(ParameterError::Range) }
     }
 }

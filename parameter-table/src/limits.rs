@@ -95,7 +95,8 @@ impl From<&'static str> for Must {
 impl fmt::Display for Limits {
     /// `0 to 10000 V/m`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} to {}", Short(self.low), Short(self.high))?;
+        // Single precision has the digits that were typed, without those of a subtraction.
+        write!(f, "{} to {}", Short(self.low as f32), Short(self.high as f32))?;
         if self.unit.is_empty() { Ok(()) } else { write!(f, " {}", self.unit) }
     }
 }

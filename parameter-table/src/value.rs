@@ -3,11 +3,11 @@
 use core::fmt;
 
 /// A number in few characters: powers of ten where zeros would have to be counted.
-pub(crate) struct Short<T>(pub(crate) T);
+pub(crate) struct Short(pub(crate) f32);
 
-impl<T: Copy + Into<f64> + fmt::Display + fmt::LowerExp> fmt::Display for Short<T> {
+impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.into().abs();
+        let size = self.0.abs();
         if size == 0.0 || (1.0e-3..1.0e5).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
     }
 }
