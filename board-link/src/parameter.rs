@@ -215,7 +215,7 @@ impl Parameter {
     /// The parameter of a number.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.number() == number)
+        Self::ALL.iter().copied().find(|parameter| parameter.number() == number)
     }
 
     /// The parameter of a name.
@@ -266,6 +266,7 @@ impl Parameter {
 
     /// The value of a new board.
     #[must_use]
+    #[inline(never)]
     pub fn default_value(self) -> f32 {
         match self.source() {
             Source::Control(control::Key::setpoint_range_m, end) => {

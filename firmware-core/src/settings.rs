@@ -18,14 +18,20 @@ pub struct Settings {
 }
 
 impl Default for Settings {
+    // Filled in place, and apart from its callers: their stacks are small.
+    #[inline(never)]
     fn default() -> Self {
-        Self { values: Parameter::ALL.map(Parameter::default_value) }
+        let mut settings = Self { values: [0.0; Parameter::ALL.len()] };
+        for (value, parameter) in settings.values.iter_mut().zip(&Parameter::ALL) {
+            *value = parameter.default_value();
+        }
+        settings
     }
 }
 
 fn index(parameter: Parameter) -> usize {
     // `ALL` holds every parameter once; a miss would read the first one rather than panic.
-    Parameter::ALL.into_iter().position(|other| other == parameter).unwrap_or(0)
+    Parameter::ALL.iter().position(|other| *other == parameter).unwrap_or(0)
 }
 
 impl Settings {
@@ -51,8 +57,11 @@ impl Settings {
     ///
     /// # Errors
     /// The first key that does not fit the others.
+    #[inline(never)]
     pub fn check(&self) -> Result<(), SettingsError> {
-        self.setup()?;
+        // As `setup`, one part after the other: the stack need not hold the whole.
+        self.control_config()?;
+        self.watching()?;
         self.rig().validate()
     }
 
@@ -60,8 +69,20 @@ impl Settings {
     ///
     /// # Errors
     /// The first key that does not fit the others.
+    #[inline(never)]
     pub fn control_config(&self) -> Result<Config, SettingsError> {
-        Ok(Config::from_parameters(&self.control_parameters())?)
+        Config::from_parameters(&self.control_parameters()).map_err(SettingsError::from)
+    }
+
+    /// The model monitor, if it is not off. Apart from the rest, so that its making and the law's share the stack.
+    #[inline(never)]
+    fn watching(&self) -> Result<Option<Monitor>, SettingsError> {
+        if self.monitor_mode() == 0 {
+            return Ok(None);
+        }
+        let plant = Plant::without_effects(&self.rig())?;
+        let tick_s = 1.0 / self.tick_hz() as f32;
+        Monitor::for_plant(plant, &self.monitor_parameters(), tick_s, OUTPUT_DELAY_TICKS).map(Some)
     }
 
     /// Everything the control loop needs.
@@ -69,31 +90,27 @@ impl Settings {
     /// # Errors
     /// The first key that does not fit the others.
     pub fn setup(&self) -> Result<Setup, SettingsError> {
-        let monitor = self.get(Parameter::Monitor) as u8;
-        let watching = if monitor == 0 {
-            None
-        } else {
-            let parameters = self.monitor_parameters();
-            let tick_s = 1.0 / self.tick_hz() as f32;
-            let plant = Plant::without_effects(&self.rig())?;
-            Some(Monitor::for_plant(plant, &parameters, tick_s, OUTPUT_DELAY_TICKS)?)
-        };
         Ok(Setup {
+            monitor: self.watching()?,
             config: self.control_config()?,
-            monitor: watching,
-            monitor_trips: monitor == 2,
+            monitor_trips: self.monitor_mode() == 2,
             every: self.telemetry_every(),
         })
     }
 
+    fn monitor_mode(&self) -> u8 {
+        self.get(Parameter::Monitor) as u8
+    }
+
     /// Every value with the line of the table it belongs to.
     fn entries(&self) -> impl Iterator<Item = (Source, f32)> {
-        Parameter::ALL.into_iter().map(Parameter::source).zip(self.values)
+        Parameter::ALL.iter().map(|parameter| parameter.source()).zip(self.values.iter().copied())
     }
 
     /// The control law's parameters. What the board cannot change is as by default: 16-bit ADC codes and 12-bit DAC codes,
     /// which every board hands over, and the safe voltage in the middle of the dead zone.
     #[must_use]
+    #[inline(never)]
     pub fn control_parameters(&self) -> Parameters {
         let mut parameters = Parameters::default();
         for (source, value) in self.entries() {
@@ -118,6 +135,7 @@ impl Settings {
 
     /// The plant of bench mode and of the model monitor; its valve is the one that the law compensates.
     #[must_use]
+    #[inline(never)]
     pub fn rig(&self) -> Rig<f32> {
         let mut rig = Rig::<f32>::paper_a();
         for (source, value) in self.entries() {
