@@ -1,18 +1,25 @@
-//! Named parameters: one table, read by the board (range checks) and by the desktop (names, help).
+//! The parameters that can be changed on the board, by number.
+//!
+//! Each is a line of the controller's, the monitor's or the rig's table: range, unit, default and meaning stand there, and
+//! only what is the board's alone stands here.
 
+use control::acceleration_range;
+use parameter_table::{End, Limits, parameter_table};
 use serde::{Deserialize, Serialize};
 
 /// What is known of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterInfo {
-    /// Name with its unit, as the rig file and the controller's configuration write it.
+    /// Name with its unit.
     pub name: &'static str,
     /// Value of a new board.
     pub default: f32,
-    /// Smallest value accepted.
-    pub low: f32,
-    /// Largest value accepted.
-    pub high: f32,
+    /// The values accepted; where they are optional, 0 is accepted, too, and means absent.
+    pub limits: Limits,
+    /// If it is an end of a pair that is one parameter elsewhere: which.
+    pub end: Option<End>,
+    /// What it does, in a sentence or two; of a pair, what both do.
+    pub meaning: &'static str,
 }
 
 /// Why a value is refused.
@@ -22,33 +29,96 @@ pub enum ParameterError {
     Range,
 }
 
+/// Where a parameter's line stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// In the controller's table; of a pair, one of its ends.
+    Control(control::Key, End),
+    /// In the model monitor's.
+    Monitor(monitor::Key),
+    /// In the rig's.
+    Rig(plant_model::Place),
+    /// In the board's own.
+    Board(own::Key),
+}
+
+/// What only the board has.
+pub mod own {
+    use super::parameter_table;
+
+    parameter_table! {
+        /// The board's own parameters.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct BoardParameters, keys "";
+
+        /// One telemetry record every so many ticks.
+        telemetry_every: u32 = 10, "", 1 => 10_000;
+        /// Model monitor: 0 off, 1 warns, 2 trips.
+        monitor: u8 = 2, "", 0 => 2;
+    }
+}
+
+/// The slowest and the fastest tick of the board, 1/s. A slower one is too long a step for the simulated plant of bench mode,
+/// a faster one too short for the control interrupt.
+const BOARD_TICK_HZ: [u32; 2] = [1000, 10_000];
+
+const fn whole([low, high]: [u32; 2]) -> [f64; 2] {
+    [low as f64, high as f64]
+}
+
+macro_rules! source {
+    (control $entry:ident) => {
+        Source::Control(control::Key::$entry, End::First)
+    };
+    (control $entry:ident $end:ident) => {
+        Source::Control(control::Key::$entry, End::$end)
+    };
+    (monitor $entry:ident) => {
+        Source::Monitor(monitor::Key::$entry)
+    };
+    (rig $entry:ident) => {
+        Source::Rig(plant_model::Place::$entry)
+    };
+    (own $entry:ident) => {
+        Source::Board(own::Key::$entry)
+    };
+}
+
 macro_rules! parameters {
-    ($($key:ident = $number:literal: $name:literal, $default:expr, $low:expr => $high:expr, $meaning:literal;)*) => {
+    ($($key:ident = $number:literal: $table:ident.$entry:ident $(.$end:ident)? $(as $name:literal)? $(within $narrower:expr)?;)*) => {
         /// One number that can be changed on the board. The numbers behind the names are part of the protocol and of
         /// what lies in flash: append only.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
         #[repr(u8)]
         pub enum Parameter {
-            $(#[doc = $meaning] $key = $number,)*
+            $(#[doc = concat!("`", stringify!($entry), "` of the table `", stringify!($table), "`.")] $key = $number,)*
         }
 
         impl Parameter {
             /// Every parameter, in the order of their numbers.
             pub const ALL: [Self; [$($number),*].len()] = [$(Self::$key),*];
 
-            /// Name, default and range.
+            /// The table and the line in it.
             #[must_use]
-            pub const fn info(self) -> ParameterInfo {
+            pub const fn source(self) -> Source {
                 match self {
-                    $(Self::$key => ParameterInfo { name: $name, default: $default, low: $low, high: $high },)*
+                    $(Self::$key => source!($table $entry $($end)?),)*
                 }
             }
 
-            /// What it does, in a sentence. Apart from the rest, so that the texts are not in the firmware.
-            #[must_use]
-            pub const fn meaning(self) -> &'static str {
+            /// The name in commands, where it is not that of the line.
+            const fn alias(self) -> Option<&'static str> {
                 match self {
-                    $(Self::$key => $meaning,)*
+                    $($(Self::$key => Some($name),)?)*
+                    _ => None,
+                }
+            }
+
+            /// The range, where the board's is narrower than that of the line.
+            const fn narrower(self) -> Option<[f64; 2]> {
+                match self {
+                    $($(Self::$key => const { Some($narrower) },)?)*
+                    _ => None,
                 }
             }
         }
@@ -56,69 +126,83 @@ macro_rules! parameters {
 }
 
 parameters! {
-    PositionLow = 0: "position_low_m", -0.5, -7.9 => 7.9, "Position at the converter's code 0, m from mid-stroke.";
-    PositionHigh = 1: "position_high_m", 0.5, -7.9 => 7.9, "Position at the highest code, m.";
-    PressureLow = 2: "pressure_low_pa", 0.0, -1.0e6 => 8.0e6, "Pressure at code 0, Pa absolute, all three sensors.";
-    PressureHigh = 3: "pressure_high_pa", 1.0e6, -1.0e6 => 8.0e6, "Pressure at the highest code, Pa absolute.";
-    ValveLow = 4: "valve_low_v", -5.0, -100.0 => 100.0, "Valve voltage about mid at DAC code 0, V.";
-    ValveHigh = 5: "valve_high_v", 5.0, -100.0 => 100.0, "Valve voltage about mid at DAC code 4095, V.";
-    TickHz = 6: "tick_hz", 1000.0, 1000.0 => 10000.0, "Control ticks per second; takes effect at the next start.";
-    SupplySensor = 7: "supply_sensor", 1.0, 0.0 => 1.0, "1 if a supply pressure sensor is connected, 0 if not.";
-    Gain = 8: "gain_v_per_m", 4.0, 0.0 => 30000.0, "Proportional gain, V/m.";
-    SetpointLow = 9: "setpoint_low_m", -0.5, -7.9 => 7.9, "Lowest setpoint, m.";
-    SetpointHigh = 10: "setpoint_high_m", 0.5, -7.9 => 7.9, "Highest setpoint, m.";
-    SetpointVelocity = 11: "setpoint_velocity_m_per_s", 0.0, 0.0 => 100.0, "Fastest setpoint, m/s; 0: not limited.";
-    SetpointAcceleration = 12: "setpoint_acceleration_m_per_s2", 0.0, 0.0 => 1000.0,
-        "Largest setpoint acceleration, m/s2; 0: not limited.";
-    DeadZoneRight = 13: "dead_zone_right_v", 0.0, -100.0 => 100.0, "Right break-point of the valve's dead zone, V.";
-    DeadZoneLeft = 14: "dead_zone_left_v", 0.0, -100.0 => 100.0, "Left break-point of the valve's dead zone, V.";
-    SlopeRight = 15: "slope_right", 1.0, 0.05 => 20.0, "Slope right of the dead zone.";
-    SlopeLeft = 16: "slope_left", 1.0, 0.05 => 20.0, "Slope left of the dead zone.";
-    DeadZoneBlend = 17: "dead_zone_blend_v", 0.0, 0.0 => 1.0,
-        "Half-width of the blend across the dead zone, V; 0: chosen from the converters.";
-    MaxVoltage = 18: "max_voltage_v", 5.0, 0.01 => 100.0, "Largest valve voltage ever commanded, V.";
-    PositionMargin = 19: "position_margin_m", 0.0, 0.0 => 7.9, "Readings closer than this to a range end are faults, m.";
-    PressureLimitLow = 20: "pressure_limit_low_pa", 5.0e4, -1.0e6 => 8.0e6, "Lowest believable pressure, Pa.";
-    PressureLimitHigh = 21: "pressure_limit_high_pa", 9.9e5, -1.0e6 => 8.0e6, "Highest believable pressure, Pa.";
-    PositionRate = 22: "position_rate_m_per_s", 3.0, 1.0e-3 => 100.0, "Fastest believable piston, m/s.";
-    PositionNoise = 23: "position_noise_m", 1.0e-3, 0.0 => 1.0, "Largest sample difference by noise alone, m.";
-    PressureRate = 24: "pressure_rate_pa_per_s", 2.5e8, 1.0 => 1.0e9, "Fastest believable pressure change, Pa/s.";
-    PressureNoise = 25: "pressure_noise_pa", 1.0e4, 0.0 => 1.0e6, "Largest sample difference by noise alone, Pa.";
-    GlitchTime = 26: "glitch_time_s", 5.0e-3, 0.0 => 1.0, "How long implausible readings are bridged, s.";
-    StuckTime = 27: "stuck_time_s", 15.0e-3, 1.0e-3 => 10.0, "How long a noisy channel may repeat a code, s.";
-    SupplyMinimum = 28: "supply_minimum_pa", 4.0e5, 0.0 => 8.0e6, "Supply pressure needed to run, Pa absolute.";
-    TimingFaultTicks = 29: "timing_fault_ticks", 3.0, 0.0 => 100.0, "Timing faults in a row that are tolerated.";
-    SelfTestTime = 30: "self_test_time_s", 0.1, 1.0e-3 => 60.0, "How long all sensors must be plausible after start, s.";
-    CommandTimeOut = 31: "command_time_out_s", 0.0, 0.0 => 3600.0, "Longest silence of the host while running, s; 0: any.";
-    TelemetryEvery = 32: "telemetry_every", 10.0, 1.0 => 10000.0, "One telemetry record every so many ticks.";
-    Monitor = 33: "monitor", 2.0, 0.0 => 2.0, "Model monitor: 0 off, 1 warns, 2 trips.";
-    MonitorHorizon = 34: "monitor_horizon_s", 0.05, 0.005 => 1.0, "How far back the model monitor compares, s.";
-    MonitorPressure = 35: "monitor_pressure_pa", 3.5e3, 10.0 => 1.0e6,
-        "Pressure error the monitor always allows, Pa: about five times the sensors' noise.";
-    MonitorPosition = 36: "monitor_position_m", 0.4e-3, 0.0 => 0.1,
-        "Position error the monitor always allows, m: about seven times the sensor's noise, more for play.";
-    MonitorRelative = 37: "monitor_relative", 0.2, 0.0 => 2.0, "Relative error of flow and motion the monitor allows.";
-    MonitorOpening = 38: "monitor_opening_v", 0.025, 0.0 => 5.0, "Valve hysteresis and null shift the monitor allows, V.";
-    GasConstant = 40: "gas_constant_j_per_kg_k", 287.0, 1.0 => 1.0e4, "Specific gas constant, J/(kg K).";
-    Temperature = 41: "temperature_k", 293.0, 200.0 => 400.0, "Supply air temperature, K.";
-    HeatCapacityRatio = 42: "heat_capacity_ratio", 1.4, 1.01 => 1.7, "Ratio of specific heats.";
-    SupplyPressure = 43: "supply_pressure_pa", 7.0e5, 1.0e5 => 8.0e6, "Nominal supply pressure, Pa absolute.";
-    Atmosphere = 44: "atmosphere_pa", 1.0e5, 5.0e4 => 1.2e5, "Ambient pressure, Pa absolute.";
-    FillCoefficient = 45: "fill_coefficient_kg_per_s_pa", 0.69501e-8, 1.0e-12 => 1.0e-5, "Flow into a chamber, kg/(s Pa).";
-    ExhaustCoefficient = 46: "exhaust_coefficient_kg_per_s_pa", 0.898105e-8, 1.0e-12 => 1.0e-5,
-        "Flow out of a chamber, kg/(s Pa).";
-    Area = 47: "area_m2", 4.91e-4, 1.0e-6 => 1.0, "Piston area, m2.";
-    Stroke = 48: "stroke_m", 1.0, 1.0e-3 => 15.0, "Stroke, m.";
-    VolumeA0 = 49: "volume_a0_m3", 2.5e-4, 1.0e-7 => 1.0, "Volume of chamber A at mid-stroke, m3.";
-    VolumeB0 = 50: "volume_b0_m3", 2.5e-4, 1.0e-7 => 1.0, "Volume of chamber B at mid-stroke, m3.";
-    Mass = 51: "mass_kg", 10.125, 1.0e-3 => 1.0e4, "Moving mass, kg.";
-    BristleStiffness = 52: "stiffness_n_per_m", 0.5e6, 1.0 => 1.0e9, "Bristle stiffness, N/m.";
-    BristleDamping = 53: "damping_n_s_per_m", 400.0, 0.0 => 1.0e6, "Bristle damping, N s/m.";
-    Viscous = 54: "viscous_n_s_per_m", 46.532, 0.0 => 1.0e6, "Viscous friction, N s/m.";
-    Coulomb = 55: "coulomb_n", 23.103, 1.0e-3 => 1.0e5, "Coulomb friction, N.";
-    StaticFriction = 56: "static_n", 24.0, 1.0e-3 => 1.0e5, "Static friction, N.";
-    StribeckVelocity = 57: "stribeck_velocity_m_per_s", 0.010, 1.0e-5 => 1.0, "Stribeck velocity, m/s.";
-    Breakaway = 58: "breakaway_m", 3.234e-5, 0.0 => 1.0e-2, "Breakaway deflection, m.";
+    PositionLow = 0: control.position_range_m.First as "position_low_m";
+    PositionHigh = 1: control.position_range_m.Second as "position_high_m";
+    PressureLow = 2: control.pressure_range_pa.First as "pressure_low_pa";
+    PressureHigh = 3: control.pressure_range_pa.Second as "pressure_high_pa";
+    ValveLow = 4: control.valve_range_v.First as "valve_low_v";
+    ValveHigh = 5: control.valve_range_v.Second as "valve_high_v";
+    TickHz = 6: control.tick_hz within whole(BOARD_TICK_HZ);
+    SupplySensor = 7: control.supply_sensor;
+    Gain = 8: control.gain_v_per_m;
+    SetpointLow = 9: control.setpoint_range_m.First as "setpoint_low_m";
+    SetpointHigh = 10: control.setpoint_range_m.Second as "setpoint_high_m";
+    SetpointVelocity = 11: control.setpoint_velocity_m_per_s;
+    SetpointAcceleration = 12: control.setpoint_acceleration_m_per_s2 within
+        [acceleration_range(BOARD_TICK_HZ[0])[0], acceleration_range(BOARD_TICK_HZ[1])[1]];
+    DeadZoneRight = 13: control.dead_zone_right_v;
+    DeadZoneLeft = 14: control.dead_zone_left_v;
+    SlopeRight = 15: control.slope_right;
+    SlopeLeft = 16: control.slope_left;
+    DeadZoneBlend = 17: control.dead_zone_blend_v;
+    MaxVoltage = 18: control.max_voltage_v;
+    PositionMargin = 19: control.position_margin_m;
+    PressureLimitLow = 20: control.pressure_limits_pa.First as "pressure_limit_low_pa";
+    PressureLimitHigh = 21: control.pressure_limits_pa.Second as "pressure_limit_high_pa";
+    PositionRate = 22: control.position_rate_m_per_s;
+    PositionNoise = 23: control.position_noise_m;
+    PressureRate = 24: control.pressure_rate_pa_per_s;
+    PressureNoise = 25: control.pressure_noise_pa;
+    GlitchTime = 26: control.glitch_time_s;
+    StuckTime = 27: control.stuck_time_s;
+    SupplyMinimum = 28: control.supply_minimum_pa;
+    TimingFaultTicks = 29: control.timing_fault_ticks;
+    SelfTestTime = 30: control.self_test_time_s;
+    CommandTimeOut = 31: control.command_time_out_s;
+    TelemetryEvery = 32: own.telemetry_every;
+    Monitor = 33: own.monitor;
+    MonitorHorizon = 34: monitor.horizon_s as "monitor_horizon_s";
+    MonitorPressure = 35: monitor.pressure_pa as "monitor_pressure_pa";
+    MonitorPosition = 36: monitor.position_m as "monitor_position_m";
+    MonitorRelative = 37: monitor.relative as "monitor_relative";
+    MonitorOpening = 38: monitor.opening_v as "monitor_opening_v";
+    GasConstant = 40: rig.gas_constant_j_per_kg_k;
+    Temperature = 41: rig.temperature_k;
+    HeatCapacityRatio = 42: rig.heat_capacity_ratio;
+    SupplyPressure = 43: rig.pressure_pa as "supply_pressure_pa";
+    Atmosphere = 44: rig.atmosphere_pa;
+    FillCoefficient = 45: rig.fill_coefficient_kg_per_s_pa;
+    ExhaustCoefficient = 46: rig.exhaust_coefficient_kg_per_s_pa;
+    Area = 47: rig.area_m2;
+    Stroke = 48: rig.stroke_m;
+    VolumeA0 = 49: rig.volume_a0_m3;
+    VolumeB0 = 50: rig.volume_b0_m3;
+    Mass = 51: rig.mass_kg;
+    BristleStiffness = 52: rig.stiffness_n_per_m;
+    BristleDamping = 53: rig.damping_n_s_per_m;
+    Viscous = 54: rig.viscous_n_s_per_m;
+    Coulomb = 55: rig.coulomb_n;
+    StaticFriction = 56: rig.static_n;
+    StribeckVelocity = 57: rig.stribeck_velocity_m_per_s;
+    Breakaway = 58: rig.breakaway_m;
+}
+
+impl ParameterInfo {
+    /// The range in words, e.g. `1e-4 to 50 m/s; 0: absent`.
+    pub fn range(&self) -> impl core::fmt::Display {
+        let absent = if self.limits.optional { "; 0: absent" } else { "" };
+        core::fmt::from_fn(move |f| write!(f, "{}{absent}", self.limits))
+    }
+
+    /// The meaning; of an end of a pair, which end it is.
+    pub fn words(&self) -> impl core::fmt::Display {
+        let end = match self.end {
+            None => "",
+            Some(End::First) => "The first of: ",
+            Some(End::Second) => "The second of: ",
+        };
+        core::fmt::from_fn(move |f| write!(f, "{end}{}", self.meaning))
+    }
 }
 
 impl Parameter {
@@ -131,13 +215,92 @@ impl Parameter {
     /// The parameter of a number.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.number() == number)
+        Self::ALL.iter().copied().find(|parameter| parameter.number() == number)
     }
 
     /// The parameter of a name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|parameter| parameter.info().name == name)
+        Self::ALL.into_iter().find(|parameter| parameter.name() == name)
+    }
+
+    /// The name in commands: that of the line, unless it stands for one end of a pair or would not be clear alone.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.alias().unwrap_or(match self.source() {
+            Source::Control(key, _) => key.row().key,
+            Source::Monitor(key) => key.row().key,
+            Source::Rig(place) => place.key().name,
+            Source::Board(key) => key.row().key,
+        })
+    }
+
+    /// Which end it is of a pair that is one parameter elsewhere.
+    #[must_use]
+    pub const fn end(self) -> Option<End> {
+        match self.source() {
+            Source::Control(key, end) if key.row().limits.pair => Some(end),
+            _ => None,
+        }
+    }
+
+    /// The values that the board takes.
+    #[must_use]
+    pub fn limits(self) -> Limits {
+        let limits = match self.source() {
+            Source::Control(key, _) => key.row().limits,
+            Source::Monitor(key) => key.row().limits,
+            Source::Rig(place) => place.key().limits,
+            Source::Board(key) => key.row().limits,
+        };
+        let [low, high] = match (self.narrower(), self.end()) {
+            (Some(narrower), _) => narrower,
+            // The other end needs its place, too.
+            (None, Some(End::First)) => [limits.low, limits.high - f64::from(limits.apart)],
+            (None, Some(End::Second)) => [limits.low + f64::from(limits.apart), limits.high],
+            (None, None) => [limits.low, limits.high],
+        };
+        // A board always has both ends of a range.
+        Limits { low, high, pair: false, optional: limits.optional && !limits.pair, ..limits }
+    }
+
+    /// The value of a new board.
+    #[must_use]
+    #[inline(never)]
+    pub fn default_value(self) -> f32 {
+        match self.source() {
+            Source::Control(control::Key::setpoint_range_m, end) => {
+                // Absent: the range of the position.
+                control::Key::position_range_m.default_value().number(end)
+            }
+            Source::Control(key, end) => key.default_value().number(end),
+            Source::Monitor(key) => key.default_value().number(End::First),
+            Source::Rig(place) => place.key().get(&plant_model::Rig::paper_a()),
+            Source::Board(key) => key.default_value().number(End::First),
+        }
+    }
+
+    /// What it does. Apart from the range, so that the texts are not in the firmware.
+    #[must_use]
+    pub const fn meaning(self) -> &'static str {
+        match self.source() {
+            Source::Control(key, _) => key.meaning(),
+            Source::Monitor(key) => key.meaning(),
+            Source::Rig(place) => place.key().meaning(),
+            Source::Board(key) => key.meaning(),
+        }
+    }
+
+    /// Everything that lists show.
+    #[must_use]
+    pub fn info(self) -> ParameterInfo {
+        ParameterInfo {
+            name: self.name(),
+            default: self.default_value(),
+            limits: self.limits(),
+            end: self.end(),
+            meaning: self.meaning(),
+        }
     }
 
     /// Checks a value against the range.
@@ -145,8 +308,8 @@ impl Parameter {
     /// # Errors
     /// If the value is outside, or not a number.
     pub fn check(self, value: f32) -> Result<(), ParameterError> {
-        let info = self.info();
-        // A NaN fails both comparisons.
-        if value >= info.low && value <= info.high { Ok(()) } else { Err(ParameterError::Range) }
+        let limits = self.limits();
+        let absent = limits.optional && value == 0.0;
+        if absent || limits.contains(value) { Ok(()) } else { Err(ParameterError::Range) }
     }
 }

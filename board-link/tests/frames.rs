@@ -162,6 +162,11 @@ fn parameters_have_distinct_names_and_numbers_and_admissible_defaults() {
     for (index, parameter) in Parameter::ALL.into_iter().enumerate() {
         let info = parameter.info();
         assert_eq!(parameter.check(info.default), Ok(()), "{}", info.name);
+        assert!(
+            !info.limits.optional || info.limits.low > 0.0,
+            "{}: 0 cannot both be a value and mean none",
+            info.name
+        );
         assert_eq!(Parameter::from_number(parameter.number()), Some(parameter));
         assert_eq!(Parameter::from_name(info.name), Some(parameter));
         assert!(parameter.check(f32::NAN).is_err());

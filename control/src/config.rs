@@ -6,10 +6,11 @@ use crate::codes::DacScale;
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
-use crate::parameters::Parameters;
+use crate::parameters::{Key, Parameters, acceleration_range};
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
 use crate::quantities::{AdcScale, EXTRA_BITS, Position, Pressure, Velocity, Voltage};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
+use parameter_table::{Must, ParameterError};
 
 /// What the tick needs, precomputed.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +40,7 @@ pub struct ConfigError {
     /// The value found.
     pub value: f64,
     /// What would be accepted, as the end of the sentence "must …".
-    pub must: &'static str,
+    pub must: Must,
 }
 
 impl core::fmt::Display for ConfigError {
@@ -50,25 +51,26 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-fn within(key: &'static str, value: f32, low: f64, high: f64, must: &'static str) -> Result<f64, ConfigError> {
-    // In f32, so that a limit typed as the value is accepted: 3.9 as f32 is a hair above 3.9 as f64.
-    if value >= low as f32 && value <= high as f32 {
-        Ok(f64::from(value))
-    } else {
-        Err(ConfigError { key, value: f64::from(value), must })
+impl From<ParameterError> for ConfigError {
+    fn from(error: ParameterError) -> Self {
+        Self { key: error.key, value: error.value, must: error.must }
     }
 }
 
-fn range(
-    key: &'static str,
-    ends: [f32; 2],
-    low: f64,
-    high: f64,
-    apart: f64,
-    must: &'static str,
-) -> Result<[f64; 2], ConfigError> {
-    let [a, b] = [within(key, ends[0], low, high, must)?, within(key, ends[1], low, high, must)?];
-    if b - a >= apart { Ok([a, b]) } else { Err(ConfigError { key, value: b, must }) }
+impl From<ConfigError> for ParameterError {
+    fn from(error: ConfigError) -> Self {
+        Self { key: error.key, value: error.value, must: error.must }
+    }
+}
+
+/// Says what `key` must be if a demand of another parameter is not met.
+fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
+    if met { Ok(()) } else { Err(ConfigError { key: key.row().key, value, must: must.into() }) }
+}
+
+/// Whether a value lies in a range that was computed. In f32, so that a limit typed as the value is accepted.
+fn within(value: f32, low: f64, high: f64) -> bool {
+    value >= low as f32 && value <= high as f32
 }
 
 /// `value · 2^bits`, rounded to nearest; the caller's range check keeps it inside the result's type.
@@ -91,107 +93,42 @@ impl Config {
     /// # Errors
     /// The first parameter that is not finite, out of range or inconsistent with another.
     pub fn from_parameters(p: &Parameters) -> Result<Self, ConfigError> {
+        p.check_ranges()?;
         let tick_hz = f64::from(p.tick_hz);
-        if !(50..=20_000).contains(&p.tick_hz) {
-            return Err(ConfigError { key: "tick_hz", value: tick_hz, must: "be from 50 to 20000 (ticks per second)" });
-        }
-        let adc_max = max_code("adc_bits", p.adc_bits)?;
-        let dac_max = max_code("dac_bits", p.dac_bits)?;
-        let glitch_time = within("glitch_time_s", p.glitch_time_s, 0.0, 0.1, "be from 0 to 0.1 (seconds)")?;
-        let stuck_time = within("stuck_time_s", p.stuck_time_s, 0.0, 1.0, "be from 0 to 1 (seconds)")?;
-        let self_test_time = within("self_test_time_s", p.self_test_time_s, 0.0, 60.0, "be from 0 to 60 (seconds)")?;
-        let glitch_ticks = ticks(glitch_time, tick_hz).max(1) as u16;
+        let [adc_max, dac_max] = [p.adc_bits, p.dac_bits].map(|bits| ((1_u32 << bits) - 1) as u16);
+        let glitch_ticks = ticks(f64::from(p.glitch_time_s), tick_hz).max(1) as u16;
         let glitch_limit = glitch_ticks * GLITCH_WEIGHT;
-        let stuck_ticks = ticks(stuck_time, tick_hz).max(15) as u16;
+        let stuck_ticks = ticks(f64::from(p.stuck_time_s), tick_hz).max(15) as u16;
 
-        let positions = range(
-            "position_range_m",
-            p.position_range_m,
-            -3.9,
-            3.9,
-            1.0e-2,
-            "be two positions within ±3.9 m, the first at least 10 mm below the second",
-        )?;
-        let pressures = range(
-            "pressure_range_pa",
-            p.pressure_range_pa,
-            -8.0e6,
-            8.0e6,
-            1.0e3,
-            "be two pressures within ±8e6 Pa, the first at least 1000 Pa below the second",
-        )?;
-        let believable = range(
-            "pressure_limits_pa",
-            p.pressure_limits_pa,
-            -8.0e6,
-            8.0e6,
-            1.0e3,
-            "be two pressures within ±8e6 Pa, the first at least 1000 Pa below the second",
-        )?;
-        let margin = within(
-            "position_margin_m",
-            p.position_margin_m,
-            0.0,
-            (positions[1] - positions[0]) / 4.0,
-            "be from 0 to a quarter of the position range (metres)",
-        )?;
-        let position_rate = within(
-            "position_rate_m_per_s",
-            p.position_rate_m_per_s,
-            1.0e-3,
-            100.0,
-            "be from 0.001 to 100 (metres per second)",
-        )?;
-        let position_noise =
-            within("position_noise_m", p.position_noise_m, 0.0, 1.0, "be from 0 to 1 (metres between two samples)")?;
-        let pressure_rate = within(
-            "pressure_rate_pa_per_s",
-            p.pressure_rate_pa_per_s,
-            1.0e3,
-            1.0e9,
-            "be from 1e3 to 1e9 (pascals per second)",
-        )?;
-        let pressure_noise = within(
-            "pressure_noise_pa",
-            p.pressure_noise_pa,
-            0.0,
-            1.0e6,
-            "be from 0 to 1e6 (pascals between two samples)",
+        let positions = p.position_range_m.map(f64::from);
+        let margin = f64::from(p.position_margin_m);
+        demand(
+            within(p.position_margin_m, 0.0, (positions[1] - positions[0]) / 4.0),
+            Key::position_margin_m,
+            margin,
+            "be at most a quarter of position_range_m (metres)",
         )?;
         let position = channel(
             positions,
             adc_max,
             Position::FRAC_NBITS,
             [positions[0] + margin, positions[1] - margin],
-            [position_rate / tick_hz, position_noise],
+            [f64::from(p.position_rate_m_per_s) / tick_hz, f64::from(p.position_noise_m)],
             [glitch_limit, stuck_ticks],
         );
         let pressure = channel(
-            pressures,
+            p.pressure_range_pa.map(f64::from),
             adc_max,
             Pressure::FRAC_NBITS,
-            believable,
-            [pressure_rate / tick_hz, pressure_noise],
+            p.pressure_limits_pa.map(f64::from),
+            [f64::from(p.pressure_rate_pa_per_s) / tick_hz, f64::from(p.pressure_noise_pa)],
             [glitch_limit, stuck_ticks],
         );
 
-        let gain = within("gain_v_per_m", p.gain_v_per_m, 0.0, 10_000.0, "be from 0 to 10000 (volts per metre)")?;
+        let gain = f64::from(p.gain_v_per_m);
         let (inverse, dac, safe_voltage) =
             output(p, dac_max, gain, (positions[1] - positions[0]) / f64::from(adc_max))?;
-        let supply_minimum = within(
-            "supply_minimum_pa",
-            p.supply_minimum_pa,
-            0.0,
-            8.0e6,
-            "be from 0 to 8e6 (pascals absolute; 0 switches the check off)",
-        )?;
-        let command_time_out_ticks = match p.command_time_out_s {
-            None => u32::MAX,
-            Some(time) => ticks(
-                within("command_time_out_s", time, 1.0e-3, 3600.0, "be from 0.001 to 3600 (seconds), or absent")?,
-                tick_hz,
-            ),
-        };
+        let command_time_out_ticks = p.command_time_out_s.map_or(u32::MAX, |time| ticks(f64::from(time), tick_hz));
         let setpoint = setpoint(p, positions, tick_hz)?;
         Ok(Self {
             freeze: freeze(&setpoint, positions, adc_max, p.tick_hz, stuck_ticks),
@@ -204,10 +141,10 @@ impl Config {
             inverse,
             dac,
             safe_voltage,
-            supply_minimum: Pressure::from_bits(scaled(supply_minimum, Pressure::FRAC_NBITS) as i32),
+            supply_minimum: Pressure::from_bits(scaled(f64::from(p.supply_minimum_pa), Pressure::FRAC_NBITS) as i32),
             glitch_ticks,
             timing_limit: (u16::from(p.timing_fault_ticks) + 1) * GLITCH_WEIGHT,
-            self_test_ticks: ticks(self_test_time, tick_hz),
+            self_test_ticks: ticks(f64::from(p.self_test_time_s), tick_hz),
             command_time_out_ticks,
         })
     }
@@ -234,14 +171,6 @@ impl Config {
     #[must_use]
     pub fn dac_scale(&self) -> &DacScale {
         &self.dac
-    }
-}
-
-fn max_code(key: &'static str, bits: u8) -> Result<u16, ConfigError> {
-    if (8..=16).contains(&bits) {
-        Ok(((1_u32 << bits) - 1) as u16)
-    } else {
-        Err(ConfigError { key, value: f64::from(bits), must: "be from 8 to 16 (bits)" })
     }
 }
 
@@ -294,45 +223,35 @@ fn freeze(setpoint: &SetpointLimits, sensor: [f64; 2], adc_max: u16, tick_hz: u3
 }
 
 fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLimits, ConfigError> {
-    let [low, high] = match p.setpoint_range_m {
-        None => sensor,
-        Some(ends) => range(
-            "setpoint_range_m",
-            ends,
-            sensor[0],
-            sensor[1],
-            0.0,
-            "be two positions inside position_range_m, the first not above the second",
-        )?,
-    };
-    let max_velocity = match p.setpoint_velocity_m_per_s {
-        None => None,
-        Some(v) => Some(within(
-            "setpoint_velocity_m_per_s",
-            v,
-            1.0e-4,
-            50.0,
-            "be from 0.0001 to 50 (metres per second), or absent",
-        )?),
-    };
+    let [low, high] = p.setpoint_range_m.map_or(sensor, |ends| ends.map(f64::from));
+    for end in p.setpoint_range_m.iter().flatten() {
+        demand(
+            within(*end, sensor[0], sensor[1]),
+            Key::setpoint_range_m,
+            f64::from(*end),
+            "be two positions inside position_range_m",
+        )?;
+    }
+    let max_velocity = p.setpoint_velocity_m_per_s.map(f64::from);
     let motion = match (p.setpoint_acceleration_m_per_s2, max_velocity) {
         (None, None) => Motion::Step,
         (None, Some(velocity)) => Motion::Ramp { step_q56: scaled(velocity / tick_hz, 56) },
         (Some(a), velocity) => {
-            // At least 64 units of velocity per tick, so that the acceleration is exact to one in 128; at most 50 m/s.
-            let acceleration = within(
-                "setpoint_acceleration_m_per_s2",
-                a,
-                (tick_hz * 64.0 / (1_u32 << 24) as f64).max(0.001),
-                (tick_hz * 50.0).min(30_000.0),
-                "be from 4e-6 tick_hz (at least 0.001) to 50 tick_hz (at most 30000) (metres per second squared), or absent",
+            let fastest = Key::setpoint_velocity_m_per_s.row().limits.high;
+            let [low, high] = acceleration_range(p.tick_hz);
+            let acceleration = f64::from(a);
+            demand(
+                within(a, low, high),
+                Key::setpoint_acceleration_m_per_s2,
+                acceleration,
+                "be from 3.8147e-6 tick_hz to 50 tick_hz (metres per second squared), or absent",
             )?;
             let velocity_step = scaled(acceleration / tick_hz, 24);
             // What the rounded velocity step amounts to, less the rounding of the tick: the braking curve must never
             // promise more than the steps can do.
             let braking = velocity_step as f64 / (1_u32 << 24) as f64 * tick_hz * (1.0 - 2.0e-6);
             Motion::Smooth(Smooth {
-                max_velocity: Velocity::from_bits(scaled(velocity.unwrap_or(50.0), 24) as i32),
+                max_velocity: Velocity::from_bits(scaled(velocity.unwrap_or(fastest), 24) as i32),
                 velocity_step: Velocity::from_bits(velocity_step as i32),
                 two_acceleration_q16: (2.0 * braking * 65_536.0) as u32,
                 landing_q56: scaled(braking / (tick_hz * tick_hz), 56),
@@ -353,71 +272,52 @@ fn output(
 ) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
     let volts = |value: f64| Voltage::from_bits(scaled(value, Voltage::FRAC_NBITS) as i32);
     let q16 = |value: f64| scaled(value, 16) as i32;
-    let [lo, hi] = range(
-        "valve_range_v",
-        p.valve_range_v,
-        -100.0,
-        100.0,
-        1.0,
-        "be two voltages within ±100 V, the first at least 1 V below the second",
-    )?;
-    let max_voltage =
-        within("max_voltage_v", p.max_voltage_v, 0.1, 100.0, "be from 0.1 to 100 (volts about mid position)")?;
+    let [lo, hi] = p.valve_range_v.map(f64::from);
+    let max_voltage = f64::from(p.max_voltage_v);
     let (lowest, highest) = (lo.max(-max_voltage), hi.min(max_voltage));
-    if lowest > highest {
-        return Err(ConfigError {
-            key: "max_voltage_v",
-            value: max_voltage,
-            must: "leave a part of valve_range_v (a voltage within ± this value must be in the range)",
-        });
-    }
-    let zone = "be inside both ±max_voltage_v and valve_range_v (volts)";
-    let right = within("dead_zone_right_v", p.dead_zone_right_v, lowest, highest, zone)?;
-    let left = within("dead_zone_left_v", p.dead_zone_left_v, lowest, highest, zone)?;
-    if left > right {
-        return Err(ConfigError {
-            key: "dead_zone_left_v",
-            value: left,
-            must: "not be greater than dead_zone_right_v (exchange the two)",
-        });
-    }
-    let slope_right = within("slope_right", p.slope_right, 0.05, 20.0, "be from 0.05 to 20")?;
-    let slope_left = within("slope_left", p.slope_left, 0.05, 20.0, "be from 0.05 to 20")?;
-    // One code of noise must not cross the dead zone; without a dead zone the band has no effect.
-    let least = if left < right { (gain * position_code).max(5.0e-4) } else { 5.0e-4 };
-    if least > 0.5 {
-        return Err(ConfigError {
-            key: "gain_v_per_m",
-            value: gain,
-            must: "not turn one code of the position into more than 0.5 V, or the dead zone cannot be compensated (lower \
-                   the gain or narrow position_range_m)",
-        });
-    }
-    let blend = match p.dead_zone_blend_v {
-        None => ((hi - lo) / f64::from(dac_max)).max(2.0 * least),
-        Some(blend) => within(
-            "dead_zone_blend_v",
-            blend,
-            least,
-            1.0,
-            "be at least gain_v_per_m times one code of the position and 0.0005, and at most 1 (volts); or absent",
-        )?,
+    demand(
+        lowest <= highest,
+        Key::max_voltage_v,
+        max_voltage,
+        "leave a part of valve_range_v (a voltage within ± this value must be in the range)",
+    )?;
+    let inside = |key, voltage: f32| {
+        let met = within(voltage, lowest, highest);
+        demand(met, key, f64::from(voltage), "be inside both ±max_voltage_v and valve_range_v (volts)")?;
+        Ok::<f64, ConfigError>(f64::from(voltage))
     };
+    let right = inside(Key::dead_zone_right_v, p.dead_zone_right_v)?;
+    let left = inside(Key::dead_zone_left_v, p.dead_zone_left_v)?;
+    demand(left <= right, Key::dead_zone_left_v, left, "not be greater than dead_zone_right_v (exchange the two)")?;
+    let [slope_right, slope_left] = [p.slope_right, p.slope_left].map(f64::from);
+    // One code of noise must not cross the dead zone; without a dead zone the band has no effect.
+    let narrowest = Key::dead_zone_blend_v.row().limits.low;
+    let least = if left < right { (gain * position_code).max(narrowest) } else { narrowest };
+    demand(
+        least <= 0.5,
+        Key::gain_v_per_m,
+        gain,
+        "not turn one code of the position into more than 0.5 V, or the dead zone cannot be compensated (lower the gain or \
+         narrow position_range_m)",
+    )?;
+    let blend = p.dead_zone_blend_v.map_or(((hi - lo) / f64::from(dac_max)).max(2.0 * least), f64::from);
+    demand(
+        p.dead_zone_blend_v.is_none_or(|given| within(given, least, f64::INFINITY)),
+        Key::dead_zone_blend_v,
+        blend,
+        "be at least gain_v_per_m times one code of the position (volts), or absent",
+    )?;
     let centre = 0.5 * (right + left);
     // At most (100 V / 0.5 mV + 20): beyond I16F16.
     let rise_right = (right - centre) / blend + 1.0 / slope_right;
     let rise_left = (centre - left) / blend + 1.0 / slope_left;
-    if rise_right.max(rise_left) > 30_000.0 {
-        return Err(ConfigError {
-            key: "dead_zone_blend_v",
-            value: blend,
-            must: "be at least 1/60000 of the dead zone's width (volts)",
-        });
-    }
-    let safe = match p.safe_voltage_v {
-        None => centre,
-        Some(voltage) => within("safe_voltage_v", voltage, lowest, highest, zone)?,
-    };
+    demand(
+        rise_right.max(rise_left) <= 30_000.0,
+        Key::dead_zone_blend_v,
+        blend,
+        "be at least 1/60000 of the dead zone's width (volts)",
+    )?;
+    let safe = p.safe_voltage_v.map_or(Ok(centre), |voltage| inside(Key::safe_voltage_v, voltage))?;
     let inverse = DeadZoneInverse {
         right: volts(right),
         left: volts(left),

@@ -55,6 +55,7 @@ pub mod twin;
 pub use codes::{AdcCode, DacCode};
 pub use config::{Config, ConfigError};
 pub use modes::{Channel, Mode, OperatorCommand, Reason};
-pub use parameters::Parameters;
+pub use parameter_table::{End, Limits, Must, Row, Value};
+pub use parameters::{Key, Parameters, acceleration_range};
 pub use quantities::{Position, Pressure, Velocity, Voltage};
 pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, step};

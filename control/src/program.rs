@@ -16,7 +16,9 @@
 
 use crate::arithmetic::{multiply, saturate};
 use crate::config::ConfigError;
+use crate::parameters::Key;
 use crate::quantities::Position;
+use parameter_table::{Limits, Must, Value};
 
 /// What the reference looks like over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,23 +104,18 @@ impl Program {
     /// # Errors
     /// The first parameter that is not finite or out of range.
     pub fn from_parameters(p: &ProgramParameters, tick_hz: u32) -> Result<Self, ConfigError> {
-        let check = |key, value: f32, low: f32, high: f32, must| {
-            if value >= low && value <= high {
+        let check = |key, value: f32, limits: &'static Limits| {
+            if limits.contains(value) {
                 Ok(f64::from(value))
             } else {
-                Err(ConfigError { key, value: f64::from(value), must })
+                Err(ConfigError { key, value: f64::from(value), must: Must::Fit(limits) })
             }
         };
-        let centre = check("centre_m", p.centre_m, -3.9, 3.9, "be within ±3.9 (metres)")?;
-        let amplitude = check("amplitude_m", p.amplitude_m, 0.0, 3.9, "be from 0 to 3.9 (metres)")?;
-        let period = check("period_s", p.period_s, 0.01, 3600.0, "be from 0.01 to 3600 (seconds)")?;
-        if !(50..=20_000).contains(&tick_hz) {
-            return Err(ConfigError {
-                key: "tick_hz",
-                value: f64::from(tick_hz),
-                must: "be from 50 to 20000 (ticks per second)",
-            });
-        }
+        const FARTHEST: f64 = Key::position_range_m.row().limits.high;
+        let centre = check("centre_m", p.centre_m, const { &Limits::new("m", -FARTHEST, FARTHEST) })?;
+        let amplitude = check("amplitude_m", p.amplitude_m, const { &Limits::new("m", 0.0, FARTHEST) })?;
+        let period = check("period_s", p.period_s, const { &Limits::new("s", 0.01, 3600.0) })?;
+        Key::tick_hz.row().check(Value::Number(tick_hz as f32))?;
         let hz = f64::from(tick_hz);
         // `share` of the period, `cycles` of the shape in it, ending at `cycles_end` times the first rate
         let segment = |shape, share: f64, size: f64, cycles: f64, sweep: f64| {

@@ -49,8 +49,9 @@ pub use control_loop::{ControlLoop, LoopTick, MonitorSetup, Order, Setup, SetupE
 pub use course::Course;
 pub use desk::{Action, Desk, OrderOutcome};
 pub use oversampled::code_of_sum;
+pub use parameter_table::ParameterError as SettingsError;
 pub use record::{Record, mode_from_number, mode_number};
-pub use settings::{Settings, SettingsError};
+pub use settings::Settings;
 pub use snapshot::{Snapshot, SnapshotValues};
 pub use store::{Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};

@@ -6,7 +6,7 @@
 
 use control::{AdcCode, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position};
 use monitor::MonitorParameters;
-use plant_model::{Cylinder, Effect, Effects, Friction, Gas, Load, Plant, Rig, Supply, Valve};
+use plant_model::{Effect, Effects, Plant, RIG_KEYS, Rig};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchPlant;
@@ -42,7 +42,7 @@ pub struct SetupMessage {
     /// The monitor's, if there is one.
     pub monitor: Option<MonitorParameters>,
     /// The rig the monitor knows.
-    pub rig: [f32; 24],
+    pub rig: [f32; RIG_KEYS.len()],
     /// Its effects: index in the catalogue, values.
     pub effects: heapless::Vec<(u8, [f32; 3]), { Effect::ALL.len() }>,
     /// Ticks between a code and its effect.
@@ -53,66 +53,6 @@ pub struct SetupMessage {
     pub every: u32,
     /// Bench mode: the guest's own plant in place of the codes of the ticks; for a loop that boots, as one that runs refuses it.
     pub bench: bool,
-}
-
-/// A rig as a list of numbers, in the order of its fields.
-#[must_use]
-pub fn rig_numbers(rig: &Rig<f32>) -> [f32; 24] {
-    let (g, s, v, c, f) = (&rig.gas, &rig.supply, &rig.valve, &rig.cylinder, &rig.friction);
-    [
-        g.gas_constant_j_per_kg_k,
-        g.temperature_k,
-        g.heat_capacity_ratio,
-        s.pressure_pa,
-        s.atmosphere_pa,
-        v.fill_coefficient_kg_per_s_pa,
-        v.exhaust_coefficient_kg_per_s_pa,
-        v.dead_zone_right_v,
-        v.dead_zone_left_v,
-        v.slope_right,
-        v.slope_left,
-        v.max_voltage_v,
-        c.area_m2,
-        c.stroke_m,
-        c.volume_a0_m3,
-        c.volume_b0_m3,
-        rig.load.mass_kg,
-        f.stiffness_n_per_m,
-        f.damping_n_s_per_m,
-        f.viscous_n_s_per_m,
-        f.coulomb_n,
-        f.static_n,
-        f.stribeck_velocity_m_per_s,
-        f.breakaway_m,
-    ]
-}
-
-fn rig_of(numbers: &[f32; 24]) -> Rig<f32> {
-    let [r, t, k, ps, pa, bf, be, dr, dl, sr, sl, um, a, l, va, vb, m, s0, s1, s2, fc, fs, vs, zb] = *numbers;
-    Rig {
-        gas: Gas { gas_constant_j_per_kg_k: r, temperature_k: t, heat_capacity_ratio: k },
-        supply: Supply { pressure_pa: ps, atmosphere_pa: pa },
-        valve: Valve {
-            fill_coefficient_kg_per_s_pa: bf,
-            exhaust_coefficient_kg_per_s_pa: be,
-            dead_zone_right_v: dr,
-            dead_zone_left_v: dl,
-            slope_right: sr,
-            slope_left: sl,
-            max_voltage_v: um,
-        },
-        cylinder: Cylinder { area_m2: a, stroke_m: l, volume_a0_m3: va, volume_b0_m3: vb },
-        load: Load { mass_kg: m },
-        friction: Friction {
-            stiffness_n_per_m: s0,
-            damping_n_s_per_m: s1,
-            viscous_n_s_per_m: s2,
-            coulomb_n: fc,
-            static_n: fs,
-            stribeck_velocity_m_per_s: vs,
-            breakaway_m: zb,
-        },
-    }
 }
 
 /// Effects as a list of numbers.
@@ -141,7 +81,7 @@ impl SetupMessage {
                 for (index, values) in &self.effects {
                     effects.set(Effect::ALL.get(usize::from(*index)).copied()?, values);
                 }
-                let plant = Plant::new(&rig_of(&self.rig), &effects).ok()?;
+                let plant = Plant::new(&Rig::from_numbers(&self.rig), &effects).ok()?;
                 Some(MonitorSetup { plant, parameters, trips: true, output_delay_ticks: self.output_delay_ticks })
             }
         };
@@ -149,7 +89,7 @@ impl SetupMessage {
         let state = if self.armed { ControllerState::armed() } else { ControllerState::boot(None) };
         let mut control_loop = ControlLoop::in_state(setup, state);
         if self.bench {
-            control_loop.order(&Order::BenchOn(BenchPlant::of_rig(&rig_of(&self.rig), &self.parameters)?));
+            control_loop.order(&Order::BenchOn(BenchPlant::of_rig(&Rig::from_numbers(&self.rig), &self.parameters)?));
         }
         Some(control_loop)
     }

@@ -1,8 +1,9 @@
 //! The parameters as one set: read and written by key, checked as a whole before anything uses them.
 
-use board_link::{Parameter, ParameterError};
+use board_link::{Parameter, ParameterError, Source};
 use control::{Config, Parameters};
 use monitor::{Monitor, MonitorParameters};
+use parameter_table::{End, ParameterError as SettingsError};
 use plant_model::{Plant, Rig};
 
 use crate::control_loop::Setup;
@@ -16,31 +17,28 @@ pub struct Settings {
     values: [f32; Parameter::ALL.len()],
 }
 
-/// The parameters do not fit together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SettingsError {
-    /// The key at fault.
-    pub key: &'static str,
-    /// What it must be, as the end of the sentence "must …".
-    pub must: &'static str,
-}
-
 impl Default for Settings {
+    // Filled in place, and apart from its callers: their stacks are small.
+    #[inline(never)]
     fn default() -> Self {
-        Self { values: Parameter::ALL.map(|parameter| parameter.info().default) }
+        let mut settings = Self { values: [0.0; Parameter::ALL.len()] };
+        for (value, parameter) in settings.values.iter_mut().zip(&Parameter::ALL) {
+            *value = parameter.default_value();
+        }
+        settings
     }
 }
 
 fn index(parameter: Parameter) -> usize {
     // `ALL` holds every parameter once; a miss would read the first one rather than panic.
-    Parameter::ALL.into_iter().position(|other| other == parameter).unwrap_or(0)
+    Parameter::ALL.iter().position(|other| *other == parameter).unwrap_or(0)
 }
 
 impl Settings {
     /// The value of one parameter.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f32 {
-        self.values.get(index(parameter)).copied().unwrap_or(parameter.info().default)
+        self.values.get(index(parameter)).copied().unwrap_or_default()
     }
 
     /// Changes one parameter, within its own range. [`Settings::check`] tells whether the whole still fits together.
@@ -59,18 +57,32 @@ impl Settings {
     ///
     /// # Errors
     /// The first key that does not fit the others.
+    #[inline(never)]
     pub fn check(&self) -> Result<(), SettingsError> {
-        self.setup()?;
-        self.rig().validate().map_err(|error| SettingsError { key: error.key, must: error.must })
+        // As `setup`, one part after the other: the stack need not hold the whole.
+        self.control_config()?;
+        self.watching()?;
+        self.rig().validate()
     }
 
     /// The control law's configuration.
     ///
     /// # Errors
     /// The first key that does not fit the others.
+    #[inline(never)]
     pub fn control_config(&self) -> Result<Config, SettingsError> {
-        Config::from_parameters(&self.control_parameters())
-            .map_err(|error| SettingsError { key: error.key, must: error.must })
+        Config::from_parameters(&self.control_parameters()).map_err(SettingsError::from)
+    }
+
+    /// The model monitor, if it is not off. Apart from the rest, so that its making and the law's share the stack.
+    #[inline(never)]
+    fn watching(&self) -> Result<Option<Monitor>, SettingsError> {
+        if self.monitor_mode() == 0 {
+            return Ok(None);
+        }
+        let plant = Plant::without_effects(&self.rig())?;
+        let tick_s = 1.0 / self.tick_hz() as f32;
+        Monitor::for_plant(plant, &self.monitor_parameters(), tick_s, OUTPUT_DELAY_TICKS).map(Some)
     }
 
     /// Everything the control loop needs.
@@ -78,106 +90,64 @@ impl Settings {
     /// # Errors
     /// The first key that does not fit the others.
     pub fn setup(&self) -> Result<Setup, SettingsError> {
-        let monitor = self.get(Parameter::Monitor) as u8;
-        let watching = if monitor == 0 {
-            None
-        } else {
-            let parameters = self.monitor_parameters();
-            let tick_s = 1.0 / self.tick_hz() as f32;
-            let plant = Plant::without_effects(&self.rig())
-                .map_err(|error| SettingsError { key: error.key, must: error.must })?;
-            let made = Monitor::for_plant(plant, &parameters, tick_s, OUTPUT_DELAY_TICKS);
-            Some(made.map_err(|error| SettingsError { key: error.key, must: error.must })?)
-        };
         Ok(Setup {
+            monitor: self.watching()?,
             config: self.control_config()?,
-            monitor: watching,
-            monitor_trips: monitor == 2,
+            monitor_trips: self.monitor_mode() == 2,
             every: self.telemetry_every(),
         })
     }
 
-    /// The control law's parameters.
+    fn monitor_mode(&self) -> u8 {
+        self.get(Parameter::Monitor) as u8
+    }
+
+    /// Every value with the line of the table it belongs to.
+    fn entries(&self) -> impl Iterator<Item = (Source, f32)> {
+        Parameter::ALL.iter().map(|parameter| parameter.source()).zip(self.values.iter().copied())
+    }
+
+    /// The control law's parameters. What the board cannot change is as by default: 16-bit ADC codes and 12-bit DAC codes,
+    /// which every board hands over, and the safe voltage in the middle of the dead zone.
     #[must_use]
+    #[inline(never)]
     pub fn control_parameters(&self) -> Parameters {
-        use Parameter as P;
-        let unless_zero = |parameter| Some(self.get(parameter)).filter(|value| *value > 0.0);
-        Parameters {
-            position_range_m: [self.get(P::PositionLow), self.get(P::PositionHigh)],
-            pressure_range_pa: [self.get(P::PressureLow), self.get(P::PressureHigh)],
-            valve_range_v: [self.get(P::ValveLow), self.get(P::ValveHigh)],
-            tick_hz: self.tick_hz(),
-            supply_sensor: self.get(P::SupplySensor) >= 0.5,
-            gain_v_per_m: self.get(P::Gain),
-            setpoint_range_m: Some([self.get(P::SetpointLow), self.get(P::SetpointHigh)]),
-            setpoint_velocity_m_per_s: unless_zero(P::SetpointVelocity),
-            setpoint_acceleration_m_per_s2: unless_zero(P::SetpointAcceleration),
-            dead_zone_right_v: self.get(P::DeadZoneRight),
-            dead_zone_left_v: self.get(P::DeadZoneLeft),
-            slope_right: self.get(P::SlopeRight),
-            slope_left: self.get(P::SlopeLeft),
-            dead_zone_blend_v: unless_zero(P::DeadZoneBlend),
-            max_voltage_v: self.get(P::MaxVoltage),
-            safe_voltage_v: None,
-            position_margin_m: self.get(P::PositionMargin),
-            pressure_limits_pa: [self.get(P::PressureLimitLow), self.get(P::PressureLimitHigh)],
-            position_rate_m_per_s: self.get(P::PositionRate),
-            position_noise_m: self.get(P::PositionNoise),
-            pressure_rate_pa_per_s: self.get(P::PressureRate),
-            pressure_noise_pa: self.get(P::PressureNoise),
-            glitch_time_s: self.get(P::GlitchTime),
-            stuck_time_s: self.get(P::StuckTime),
-            supply_minimum_pa: self.get(P::SupplyMinimum),
-            timing_fault_ticks: self.get(P::TimingFaultTicks) as u8,
-            self_test_time_s: self.get(P::SelfTestTime),
-            command_time_out_s: unless_zero(P::CommandTimeOut),
-            // 16-bit ADC codes and 12-bit DAC codes: what every board hands over.
-            ..Parameters::default()
+        let mut parameters = Parameters::default();
+        for (source, value) in self.entries() {
+            if let Source::Control(key, end) = source {
+                parameters.put(key, end, value);
+            }
         }
+        parameters
     }
 
     /// What the model monitor allows.
     #[must_use]
     pub fn monitor_parameters(&self) -> MonitorParameters {
-        use Parameter as P;
-        MonitorParameters {
-            horizon_s: self.get(P::MonitorHorizon),
-            pressure_pa: self.get(P::MonitorPressure),
-            position_m: self.get(P::MonitorPosition),
-            relative: self.get(P::MonitorRelative),
-            opening_v: self.get(P::MonitorOpening),
+        let mut parameters = MonitorParameters::default();
+        for (source, value) in self.entries() {
+            if let Source::Monitor(key) = source {
+                parameters.put(key, End::First, value);
+            }
         }
+        parameters
     }
 
-    /// The plant of bench mode and of the model monitor.
+    /// The plant of bench mode and of the model monitor; its valve is the one that the law compensates.
     #[must_use]
+    #[inline(never)]
     pub fn rig(&self) -> Rig<f32> {
-        use Parameter as P;
         let mut rig = Rig::<f32>::paper_a();
-        rig.gas.gas_constant_j_per_kg_k = self.get(P::GasConstant);
-        rig.gas.temperature_k = self.get(P::Temperature);
-        rig.gas.heat_capacity_ratio = self.get(P::HeatCapacityRatio);
-        rig.supply.pressure_pa = self.get(P::SupplyPressure);
-        rig.supply.atmosphere_pa = self.get(P::Atmosphere);
-        rig.valve.fill_coefficient_kg_per_s_pa = self.get(P::FillCoefficient);
-        rig.valve.exhaust_coefficient_kg_per_s_pa = self.get(P::ExhaustCoefficient);
-        rig.valve.dead_zone_right_v = self.get(P::DeadZoneRight);
-        rig.valve.dead_zone_left_v = self.get(P::DeadZoneLeft);
-        rig.valve.slope_right = self.get(P::SlopeRight);
-        rig.valve.slope_left = self.get(P::SlopeLeft);
-        rig.valve.max_voltage_v = self.get(P::MaxVoltage);
-        rig.cylinder.area_m2 = self.get(P::Area);
-        rig.cylinder.stroke_m = self.get(P::Stroke);
-        rig.cylinder.volume_a0_m3 = self.get(P::VolumeA0);
-        rig.cylinder.volume_b0_m3 = self.get(P::VolumeB0);
-        rig.load.mass_kg = self.get(P::Mass);
-        rig.friction.stiffness_n_per_m = self.get(P::BristleStiffness);
-        rig.friction.damping_n_s_per_m = self.get(P::BristleDamping);
-        rig.friction.viscous_n_s_per_m = self.get(P::Viscous);
-        rig.friction.coulomb_n = self.get(P::Coulomb);
-        rig.friction.static_n = self.get(P::StaticFriction);
-        rig.friction.stribeck_velocity_m_per_s = self.get(P::StribeckVelocity);
-        rig.friction.breakaway_m = self.get(P::Breakaway);
+        for (source, value) in self.entries() {
+            if let Source::Rig(place) = source {
+                place.key().set(&mut rig, value);
+            }
+        }
+        rig.valve.dead_zone_right_v = self.get(Parameter::DeadZoneRight);
+        rig.valve.dead_zone_left_v = self.get(Parameter::DeadZoneLeft);
+        rig.valve.slope_right = self.get(Parameter::SlopeRight);
+        rig.valve.slope_left = self.get(Parameter::SlopeLeft);
+        rig.valve.max_voltage_v = self.get(Parameter::MaxVoltage);
         rig
     }
 

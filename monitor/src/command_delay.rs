@@ -1,6 +1,6 @@
 //! The command on its way to the valve: whole ticks of delay, the remainder interpolated.
 
-use crate::parameters::MonitorError;
+use parameter_table::ParameterError as MonitorError;
 
 /// The longest delay that can be held, in ticks.
 const CAPACITY: usize = 32;
@@ -20,7 +20,9 @@ impl CommandDelay {
             return Err(MonitorError {
                 key: "effects.line-delay.delay_s",
                 value: f64::from(ticks),
-                must: "be at most 30 ticks for the monitor (value in ticks); leave the monitor off or lower the tick rate",
+                must:
+                    "be at most 30 ticks for the monitor (value in ticks); leave the monitor off or lower the tick rate"
+                        .into(),
             });
         }
         let whole = ticks as usize;

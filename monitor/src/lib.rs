@@ -38,7 +38,8 @@ mod kink;
 mod motion;
 mod parameters;
 
-pub use parameters::{MonitorError, MonitorParameters};
+pub use parameter_table::ParameterError as MonitorError;
+pub use parameters::{Key, MonitorParameters};
 
 use chamber::{Balance, Interval, Watch};
 use command_delay::CommandDelay;

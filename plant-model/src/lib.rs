@@ -37,7 +37,9 @@ pub use coefficients::Coefficients;
 pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
 pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
-pub use rig::{Cylinder, Friction, Gas, Load, ParameterError, Rig, Supply, Valve};
+pub use rig::{
+    Cylinder, Friction, Gas, Limits, Load, Must, ParameterError, Place, RIG_KEYS, Rig, RigKey, Supply, Valve, rig_key,
+};
 pub use sensors::Measurement;
 pub use simulator::Simulator;
 pub use stepper::{Stepper, Tolerance};

@@ -1,10 +1,11 @@
 //! Whatever the parameters, as long as they are valid: finite states, positive volumes and pressures, a bounded
 //! bristle, no panic.
 
-use plant_model::{Effect, Effects, Rig, Simulator, Stepper};
+use plant_model::{Effect, Effects, RIG_KEYS, Rig, Simulator, Stepper};
 use proptest::prelude::*;
 
-/// A paper rig with every parameter scaled by up to ten either way, repaired where values depend on each other.
+/// A paper rig with every parameter scaled by up to ten either way within its range, repaired where values depend on each
+/// other.
 fn any_rig() -> impl Strategy<Value = Rig<f64>> {
     (0..3usize, proptest::collection::vec(-1.0f64..1.0, 22)).prop_map(|(case, exponents)| {
         let mut rig = [Rig::paper_a(), Rig::paper_b(), Rig::paper_c()][case];
@@ -33,6 +34,10 @@ fn any_rig() -> impl Strategy<Value = Rig<f64>> {
         more.iter_mut().for_each(scale);
         rig.gas.heat_capacity_ratio = 1.0 + 0.067 * more[0];
         rig.supply.pressure_pa = rig.supply.atmosphere_pa * (1.0 + more[1]);
+        for key in RIG_KEYS {
+            let inside = key.get(&rig).clamp(key.limits.low, key.limits.high);
+            key.set(&mut rig, inside);
+        }
         rig.friction.static_n = rig.friction.static_n.max(rig.friction.coulomb_n);
         rig.friction.breakaway_m = 0.099 * more[2] * rig.friction.coulomb_n / rig.friction.stiffness_n_per_m;
         rig

@@ -57,7 +57,10 @@ impl std::fmt::Display for BoardError {
                 Refusal::Parameter(_) => {
                     "refused: the value is out of range; `plant-sim board parameters` lists the ranges"
                 }
-                Refusal::Generator(GeneratorError::Position) => "refused: a position beyond ±3.9 m",
+                Refusal::Generator(GeneratorError::Position) => {
+                    let farthest = control::Key::position_range_m.row().limits.high;
+                    return write!(f, "refused: a position beyond ±{farthest} m");
+                }
                 Refusal::Generator(GeneratorError::Time) => "refused: a period outside 0.01 … 3600 s",
                 Refusal::Generator(GeneratorError::Amplitude) => "refused: a negative amplitude",
                 Refusal::Configuration => {

@@ -9,7 +9,7 @@
 //!
 //! Nothing is allocated per tick.
 
-use crate::controller::{self, MonitorAction};
+use crate::monitoring::{self, MonitorAction};
 use crate::sensors::{ConversionNoise, SensorChannel, channels, quantities};
 use control::{ControllerState, ExternalFaults, Mode, Parameters, Position};
 use firmware_core::{ControlLoop, SetupError};
@@ -168,7 +168,7 @@ impl ClosedLoop {
             return Err(LoopError::Delay(settings.output_delay_ticks));
         }
         let simulator = Simulator::new(&rig.rig, &rig.effects)?;
-        let setup = controller::setup(parameters, model, settings.monitor, settings.output_delay_ticks)?;
+        let setup = monitoring::setup(parameters, model, settings.monitor, settings.output_delay_ticks)?;
         let controller = ControlLoop::in_state(setup, ControllerState::armed());
         let io = &rig.io;
         let valve = io.valve();

@@ -19,10 +19,10 @@
 pub mod board;
 pub mod charts;
 pub mod closed_loop;
-pub mod controller;
 pub mod gap;
 pub mod import;
 pub mod metrics;
+pub mod monitoring;
 pub mod open_loop;
 pub mod paper;
 pub mod probe;
@@ -32,7 +32,9 @@ pub mod stdio;
 pub mod sweep;
 pub mod telemetry;
 
+pub use rig_files::controller;
+
 pub use closed_loop::{ClosedLoop, LoopError, LoopRecord, LoopSettings};
-pub use controller::MonitorAction;
 pub use metrics::{StepMetrics, StepObserver};
+pub use monitoring::MonitorAction;
 pub use sensors::{CodeNoise, ConversionNoise};

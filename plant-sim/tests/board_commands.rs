@@ -69,3 +69,18 @@ fn a_reader_that_goes_away_is_no_panic() {
     let output = child.wait_with_output().expect("ends");
     assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
 }
+
+#[test]
+fn the_list_of_parameters_shows_the_controllers_own_ranges_and_defaults() {
+    let output = Command::new(env!("CARGO_BIN_EXE_plant-sim")).args(["board", "parameters"]).output().expect("runs");
+    let list = String::from_utf8_lossy(&output.stdout).into_owned();
+    for key in control::Key::ALL.into_iter().filter(|key| board_link::Parameter::from_name(key.row().key).is_some()) {
+        let row = key.row();
+        let line = list.lines().find(|line| line.split(' ').next() == Some(row.key)).expect(row.key);
+        assert!(line.ends_with(key.meaning()), "{line}");
+        // The board's own tick rate narrows these two.
+        if !["tick_hz", "setpoint_acceleration_m_per_s2"].contains(&row.key) {
+            assert!(line.contains(&format!("({}", row.limits)), "{line}");
+        }
+    }
+}

@@ -2,7 +2,8 @@
 
 use control::Parameters;
 use plant_model::{Effects, Rig, Simulator};
-use plant_sim::controller::{self, MonitorAction};
+use plant_sim::controller;
+use plant_sim::monitoring::{self, MonitorAction};
 use plant_sim::stdio::Coprocess;
 use plant_sim::{ClosedLoop, LoopSettings};
 use proptest::prelude::*;
@@ -127,7 +128,7 @@ fn both_real_recordings_become_logs_with_pressures_made_absolute() {
 }
 
 fn coprocess() -> Coprocess {
-    let setup = controller::setup(&Parameters::default(), &RigFile::paper_a().rig, MonitorAction::Warn, 1);
+    let setup = monitoring::setup(&Parameters::default(), &RigFile::paper_a().rig, MonitorAction::Warn, 1);
     Coprocess::new(setup.expect("valid"), 16)
 }
 
@@ -182,7 +183,7 @@ fn answers_to_a_foreign_plant(monitor: MonitorAction) -> (String, Option<u64>) {
     let parameters = controller::parameters(&known);
     let settings = LoopSettings { monitor: MonitorAction::Off, ..LoopSettings::default() };
     let mut plant = ClosedLoop::new(&foreign, &parameters, &settings).expect("a physical plant");
-    let setup = controller::setup(&parameters, &known.rig, monitor, 1).expect("valid");
+    let setup = monitoring::setup(&parameters, &known.rig, monitor, 1).expect("valid");
     let mut process = Coprocess::new(setup, 16);
     let (mut last, mut first_contradiction) = (String::new(), None);
     for _ in 0..1200 {

@@ -19,13 +19,14 @@ pub struct Io {
 
 impl Default for Io {
     fn default() -> Self {
+        let p = control::Parameters::default();
         Self {
-            position_range_m: [-0.5, 0.5],
-            pressure_range_pa: [0.0, 1.0e6],
-            adc_bits: 16,
-            valve_range_v: [-5.0, 5.0],
-            dac_bits: 12,
-            tick_hz: 1000,
+            position_range_m: p.position_range_m.map(f64::from),
+            pressure_range_pa: p.pressure_range_pa.map(f64::from),
+            adc_bits: p.adc_bits.into(),
+            valve_range_v: p.valve_range_v.map(f64::from),
+            dac_bits: p.dac_bits.into(),
+            tick_hz: p.tick_hz,
         }
     }
 }

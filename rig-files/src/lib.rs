@@ -13,10 +13,10 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod controller;
 mod document;
 mod error;
 mod io;
-mod keys;
 mod log;
 mod rig_file;
 mod rig_toml;
@@ -28,8 +28,8 @@ mod write;
 pub use document::{Document, Entry};
 pub use error::{InputError, closest};
 pub use io::{Converter, Io};
-pub use keys::{RIG_KEYS, RigKey, rig_key};
 pub use log::{Column, Gap, Log};
+pub use plant_model::{RIG_KEYS, RigKey, rig_key};
 pub use rig_file::RigFile;
 pub use table::{Expected, Table};
 pub use tolerance::Tolerance;

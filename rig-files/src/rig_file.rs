@@ -3,10 +3,9 @@
 use crate::document::{Document, Entry};
 use crate::error::InputError;
 use crate::io::Io;
-use crate::keys::{RIG_KEYS, rig_key};
 use crate::tolerance::Tolerance;
 use crate::write::{read_text, write_file};
-use plant_model::{Effect, Effects, Plant, Rig};
+use plant_model::{Effect, Effects, Plant, RIG_KEYS, Rig, rig_key};
 use std::path::Path;
 
 /// Everything a rig file says.
@@ -24,9 +23,8 @@ pub struct RigFile {
     pub effects: Effects<f64>,
 }
 
-const TABLES: [&str; 6] = ["gas", "supply", "valve", "cylinder", "load", "friction"];
-const TOP_LEVEL: [&str; 10] =
-    ["name", "gas", "supply", "valve", "cylinder", "load", "friction", "io", "tolerance", "effects"];
+/// What may stand in the file besides the tables of the rig's values.
+const TOP_LEVEL: [&str; 4] = ["name", "io", "tolerance", "effects"];
 const IO_KEYS: [&str; 6] =
     ["position_range_m", "pressure_range_pa", "adc_bits", "valve_range_v", "dac_bits", "tick_hz"];
 
@@ -82,7 +80,7 @@ impl RigFile {
         for entry in &top {
             match entry.name {
                 "name" => parsed.name = entry.string()?.to_string(),
-                table if TABLES.contains(&table) => {
+                table if is_table(table) => {
                     for key in entry.table()? {
                         let at = rig_value(&mut parsed.rig, entry.name, &key)?;
                         lines[at] = Some(key);
@@ -93,13 +91,13 @@ impl RigFile {
                 }
                 "io" => parsed.io = io(entry)?,
                 "tolerance" => parsed.tolerance = tolerance(entry)?,
-                _ => return Err(entry.unknown(TOP_LEVEL)),
+                _ => return Err(entry.unknown(TOP_LEVEL.into_iter().chain(RIG_KEYS.iter().map(|key| key.table)))),
             }
         }
 
         for (key, line) in RIG_KEYS.iter().zip(&lines) {
             if line.is_none() {
-                let example = key.get(&Rig::paper_a());
+                let example = key.get(&Rig::<f64>::paper_a());
                 let remedy =
                     format!("add it under [{}], e.g. `{} = {example:?}` (case (a) of the paper)", key.table, key.name);
                 return Err(InputError::new(file, format!("`{}` is missing", key.path), remedy));
@@ -132,6 +130,10 @@ impl RigFile {
     }
 }
 
+fn is_table(name: &str) -> bool {
+    RIG_KEYS.iter().any(|key| key.table == name)
+}
+
 /// Stores one numeric key and says which it was.
 fn rig_value(rig: &mut Rig<f64>, table: &str, entry: &Entry<'_>) -> Result<usize, InputError> {
     let Some(at) = RIG_KEYS.iter().position(|key| key.table == table && key.name == entry.name) else {
@@ -142,13 +144,13 @@ fn rig_value(rig: &mut Rig<f64>, table: &str, entry: &Entry<'_>) -> Result<usize
     };
     let key = &RIG_KEYS[at];
     let value = entry.number()?;
-    if !(key.low..=key.high).contains(&value) {
-        let unit = if key.unit.is_empty() { String::new() } else { format!(" {}", key.unit) };
-        let problem = format!("= {value}{unit} is not plausible: expected {:e} to {:e}{unit}", key.low, key.high);
-        let remedy = if key.unit.is_empty() {
+    let limits = key.limits;
+    if !(limits.low..=limits.high).contains(&value) {
+        let problem = format!("= {value} is not plausible: expected {limits}");
+        let remedy = if limits.unit.is_empty() {
             "check the value".to_string()
         } else {
-            format!("check sign and unit, the file wants {}", key.unit)
+            format!("check sign and unit, the file wants {}", limits.unit)
         };
         return Err(entry.error(problem, remedy));
     }
@@ -186,7 +188,7 @@ fn tolerance(table: &Entry<'_>) -> Result<Tolerance, InputError> {
     for entry in table.table()? {
         if entry.name == "default" {
             tolerance.default = relative(&entry)?;
-        } else if TABLES.contains(&entry.name) {
+        } else if is_table(entry.name) {
             // `load.mass_kg = 0.005` is a table `load` to TOML.
             for inner in entry.table()? {
                 let value = relative(&inner)?;

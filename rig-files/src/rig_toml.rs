@@ -1,7 +1,7 @@
 //! Writing a rig file so that it reads back to the same values, bit for bit.
 
-use crate::keys::RIG_KEYS;
 use crate::rig_file::RigFile;
+use plant_model::RIG_KEYS;
 use std::fmt::Write as _;
 
 impl RigFile {

@@ -1,6 +1,6 @@
 //! How well the nominal values are known.
 
-use crate::keys::{RIG_KEYS, RigKey};
+use plant_model::{RIG_KEYS, RigKey};
 
 /// The `[tolerance]` table: relative standard errors of the nominal values; 0 means exact.
 #[derive(Clone, Debug, PartialEq)]

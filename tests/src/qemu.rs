@@ -3,13 +3,12 @@
 //! The guest is `firmware-qemu`. Codes travel through two named pipes by semihosting, telemetry comes out of QEMU's standard
 //! output as a raw defmt stream.
 
-use crate::rig;
 use crate::scenario::{Scenario, Start};
 use crate::target::{Target, TargetError, TickOutput};
 use control::{DacCode, Inputs};
 use firmware_core::lockstep::{
     ACCEPTED, ANSWER_BYTES, COUNTS_BYTES, Counts, END, READY, SetupMessage, TICK_BYTES, WATCHDOG_RESET, decode_answer,
-    effect_numbers, encode_setup, encode_tick, rig_numbers,
+    effect_numbers, encode_setup, encode_tick,
 };
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -137,7 +136,7 @@ impl QemuTarget {
         let setup = SetupMessage {
             parameters,
             monitor: scenario.monitor.enabled.then_some(scenario.monitor.parameters),
-            rig: rig_numbers(&rig::convert(&file.rig)),
+            rig: file.rig.convert().numbers(),
             effects: effect_numbers(&file.effects.convert()),
             output_delay_ticks: scenario.output_delay_ticks,
             armed: scenario.start == Start::Armed,

@@ -1,6 +1,5 @@
 //! Who executes the control step.
 
-use crate::rig;
 use control::{ControllerState, DacCode, Inputs, Mode, Parameters, Reason};
 use firmware_core::{BenchPlant, ControlLoop, LoopTick, MonitorSetup, Order, Setup};
 use monitor::MonitorParameters;
@@ -72,7 +71,7 @@ impl HostTarget {
         let monitor = match monitor {
             None => None,
             Some(parameters) => Some(MonitorSetup {
-                plant: Plant::new(&rig::convert(&rig.rig), &rig.effects.convert()).map_err(|error| fail(&error))?,
+                plant: Plant::new(&rig.rig.convert(), &rig.effects.convert()).map_err(|error| fail(&error))?,
                 parameters: *parameters,
                 trips: true,
                 output_delay_ticks,

@@ -1,58 +1,89 @@
-//! The controller's page lists every parameter, and nothing that is none.
+//! The tables of parameters in `docs/` are made from the tables in the code, between two marks each.
+//!
+//! After a change in a table: `UPDATE_DOCS=1 cargo test -p scenarios --test documentation` writes them anew.
 
-use control::Parameters;
+use board_link::Parameter;
+use control::{Key, Value};
+use plant_model::{RIG_KEYS, Rig};
+use std::path::Path;
 
-#[test]
-fn the_controller_page_names_every_parameter_once() {
-    let page = include_str!("../../docs/controller.md");
-    let full = Parameters {
-        setpoint_range_m: Some([0.0, 0.1]),
-        setpoint_velocity_m_per_s: Some(1.0),
-        setpoint_acceleration_m_per_s2: Some(1.0),
-        dead_zone_blend_v: Some(0.01),
-        safe_voltage_v: Some(0.0),
-        command_time_out_s: Some(1.0),
-        ..Parameters::default()
-    };
-    let mut keys: Vec<String> = toml::Table::try_from(&full).unwrap().keys().cloned().collect();
-    let mut listed: Vec<String> = page
-        .lines()
-        .filter_map(|line| line.strip_prefix("| `")?.split_once("` |").map(|(key, _)| key.to_owned()))
-        .collect();
-    keys.sort();
-    listed.sort();
-    assert_eq!(listed, keys);
+const BEGIN: &str = "<!-- This table is generated. UPDATE_DOCS=1 cargo test -p scenarios --test documentation -->\n";
+const END: &str = "<!-- End of the generated table. -->";
+
+fn row(cells: &[String]) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
+
+fn table<const N: usize>(head: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+    let lines = row(&head.map(str::to_owned)) + &row(&head.map(|_| "---".to_owned()));
+    lines + &rows.map(|cells| row(&cells)).collect::<String>()
+}
+
+fn or_dash(unit: &str) -> String {
+    if unit.is_empty() { "–".into() } else { unit.into() }
+}
+
+/// The limits without their unit, which has a column of its own.
+fn range(limits: control::Limits) -> String {
+    let plain = control::Limits { unit: "", ..limits }.to_string();
+    if limits.apart > 0.0 { format!("{plain}, at least {} apart", limits.apart) } else { plain }
+}
+
+fn of_the_controller() -> String {
+    let rows = Key::ALL.into_iter().map(|key| {
+        let (row, default) = (key.row(), key.default_value());
+        let range = if matches!(default, Value::Flag(_)) { "true, false".into() } else { range(row.limits) };
+        [format!("`{}`", row.key), or_dash(row.limits.unit), default.to_string(), range, key.meaning().into()]
+    });
+    table(["key", "unit", "default", "range", "meaning"], rows)
+}
+
+fn of_the_board() -> String {
+    let rows = Parameter::ALL.into_iter().map(|parameter| {
+        let info = parameter.info();
+        let name = format!("`{}`", info.name);
+        [name, Value::Number(info.default).to_string(), info.range().to_string(), info.words().to_string()]
+    });
+    table(["name", "new board", "range", "meaning"], rows)
+}
+
+fn of_the_rig() -> String {
+    let paper = Rig::<f64>::paper_a();
+    let rows = RIG_KEYS.iter().map(|key| {
+        let value = Value::Number(key.get(&paper) as f32).to_string();
+        [format!("`{}`", key.path), or_dash(key.limits.unit), value, range(key.limits), key.meaning().into()]
+    });
+    table(["key", "unit", "case (a)", "range", "meaning"], rows)
+}
+
+/// Compares the generated part of a page with what it should be, or writes it if that is asked for.
+fn check(page: &str, wanted: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(page);
+    let text = std::fs::read_to_string(&path).expect(page);
+    let (before, rest) = text.split_once(BEGIN).unwrap_or_else(|| panic!("docs/{page} lacks the line {BEGIN}"));
+    let (found, after) = rest.split_once(END).unwrap_or_else(|| panic!("docs/{page} lacks the line {END}"));
+    if found != wanted && std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, format!("{before}{BEGIN}{wanted}{END}{after}")).expect(page);
+    } else {
+        assert!(
+            found == wanted,
+            "the table in docs/{page} is not that of the code; write it anew with `UPDATE_DOCS=1 cargo test -p scenarios \
+             --test documentation` and look at the difference"
+        );
+    }
 }
 
 #[test]
-fn the_controller_page_states_the_defaults_in_force() {
-    let page = include_str!("../../docs/controller.md");
-    let defaults = toml::Table::try_from(Parameters::default()).unwrap();
-    for line in page.lines().filter_map(|line| line.strip_prefix("| `")) {
-        let cells: Vec<&str> = line.split(" | ").map(str::trim).collect();
-        let (key, stated) = (cells[0].trim_end_matches('`'), cells[cells.len() - 2]);
-        let Some(value) = defaults.get(key) else {
-            assert!(
-                stated == "absent" || stated == "position range",
-                "{key} has no default but the page says {stated}"
-            );
-            continue;
-        };
-        let numbers: Vec<f64> = match value {
-            toml::Value::Array(pair) => pair.iter().filter_map(toml::Value::as_float).collect(),
-            toml::Value::Float(number) => vec![*number],
-            toml::Value::Integer(number) => vec![*number as f64],
-            toml::Value::Boolean(flag) => {
-                assert_eq!(stated, flag.to_string(), "{key}");
-                continue;
-            }
-            other => panic!("{key} is {other}"),
-        };
-        let on_page: Vec<f64> =
-            stated.trim_matches(['[', ']']).split(", ").map(|number| number.parse().expect(stated)).collect();
-        assert_eq!(numbers.len(), on_page.len(), "{key}");
-        for (a, b) in numbers.iter().zip(on_page) {
-            assert!((a - b).abs() <= 1e-6 * b.abs(), "{key}: {a}, the page says {b}");
-        }
-    }
+fn the_controllers_page_shows_the_controllers_table() {
+    check("controller.md", &of_the_controller());
+}
+
+#[test]
+fn the_commissioning_page_shows_the_boards_table() {
+    check("commissioning.md", &of_the_board());
+}
+
+#[test]
+fn the_page_on_file_formats_shows_the_rigs_table() {
+    check("formats.md", &of_the_rig());
 }

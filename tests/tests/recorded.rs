@@ -6,7 +6,7 @@
 
 use firmware_core::mode_number;
 use plant_sim::stdio::Coprocess;
-use plant_sim::{ClosedLoop, ConversionNoise, LoopSettings, MonitorAction, controller};
+use plant_sim::{ClosedLoop, ConversionNoise, LoopSettings, MonitorAction, controller, monitoring};
 use rig_files::RigFile;
 use scenarios::{Scenario, host_target, run_observed};
 use std::fmt::Write as _;
@@ -64,7 +64,7 @@ fn closed_loop(rig: &RigFile, settings: &LoopSettings, ticks: u64, reference_m: 
 /// The co-process on the same plant, sensor for sensor, with a rail on the position near the end.
 fn coprocess(rig: &RigFile) -> Hash {
     let parameters = controller::parameters(rig);
-    let setup = controller::setup(&parameters, &rig.rig, MonitorAction::Warn, 1).expect("valid");
+    let setup = monitoring::setup(&parameters, &rig.rig, MonitorAction::Warn, 1).expect("valid");
     let mut process = Coprocess::new(setup, u32::from(parameters.adc_bits));
     let mut plant = ClosedLoop::new(rig, &parameters, &LoopSettings::default()).expect("valid");
     let mut hash = Hash::new();

@@ -386,7 +386,7 @@ impl<R: Real> Effects<R> {
                     return Err(ParameterError {
                         key: info.key,
                         value,
-                        must: "lie within the bounds of the effect catalogue",
+                        must: "lie within the bounds of the effect catalogue".into(),
                     });
                 }
             }

@@ -115,7 +115,7 @@ impl Motion {
 
 fn parameter(name: &str) -> Result<Parameter, CliError> {
     Parameter::from_name(name).ok_or_else(|| {
-        let known = Parameter::ALL.map(|parameter| parameter.info().name);
+        let known = Parameter::ALL.map(Parameter::name);
         let hint =
             rig_files::closest(name, known).map_or_else(String::new, |close| format!(" Did you mean `{close}`?"));
         CliError::Usage(format!("there is no parameter `{name}`.{hint} `plant-sim board parameters` lists them"))
@@ -131,7 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Action::Parameters => {
             for parameter in Parameter::ALL {
                 let info = parameter.info();
-                say!("{:34} {:>12} ({} … {})  {}", info.name, info.default, info.low, info.high, parameter.meaning());
+                say!("{:34} {:>12} ({})  {}", info.name, info.default, info.range(), info.words());
             }
             return Ok(());
         }
@@ -168,7 +168,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if matches!(arguments.action, Action::Get { name: None }) {
         for parameter in Parameter::ALL {
             if let Reply::Value(value) = client.ask(Command::Get(parameter)).map_err(failed)? {
-                say!("{:34} {value}", parameter.info().name);
+                say!("{:34} {value}", parameter.name());
             }
         }
         return Ok(());

@@ -2,7 +2,8 @@
 
 use super::{CliError, RigArgument};
 use firmware_core::SetupError;
-use plant_sim::controller::{self, MonitorAction};
+use plant_sim::controller;
+use plant_sim::monitoring::{self, MonitorAction};
 use plant_sim::stdio::Coprocess;
 use rig_files::{InputError, RigFile};
 use std::path::PathBuf;
@@ -18,7 +19,7 @@ use std::path::PathBuf;
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  \
     echo '0.045 32768 23710 23710 45875' | plant-sim controller --rig rigs/paper-a.toml --stdio\n  \
-    2121 run")]
+    2121 run\n\n".to_owned() + &controller::keys_help())]
 pub(crate) struct Arguments {
     #[command(flatten)]
     rig: RigArgument,
@@ -44,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     let file = arguments.rig.rig.display().to_string();
     let setup =
-        controller::setup(&parameters, &rig.rig, arguments.monitor, LATCHED_TICKS).map_err(|error| match error {
+        monitoring::setup(&parameters, &rig.rig, arguments.monitor, LATCHED_TICKS).map_err(|error| match error {
             SetupError::Control(error) => controller::config_error(&file, &error),
             SetupError::Monitor(error) => InputError::new(
                 &file,

@@ -1,87 +1,11 @@
-//! The firmware's controller for a rig: its parameters from the rig file, overlaid by a controller file, and its model
-//! monitor.
+//! The firmware's controller for a rig: its parameters from the rig file, overlaid by a controller file.
 
-use control::{Config, ConfigError, Parameters};
-use firmware_core::{MonitorSetup, Setup, SetupError};
-use monitor::{MonitorError, MonitorParameters};
-use plant_model::{Cylinder, Friction, Gas, Load, Plant, Rig, Supply, Valve};
-use rig_files::{Document, InputError, RigFile, read_text};
+use crate::document::Document;
+use crate::error::InputError;
+use crate::rig_file::RigFile;
+use crate::write::read_text;
+use control::{Config, ConfigError, Key, Parameters, Value};
 use std::path::Path;
-
-/// What the model monitor's verdict does: the board's parameter `monitor`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum MonitorAction {
-    /// There is no monitor.
-    Off,
-    /// A contradiction is told; the controller runs on.
-    Warn,
-    /// A contradiction leads to the safe state, as on the board by default.
-    #[default]
-    Trip,
-}
-
-/// The firmware's loop for a controller's parameters, with the monitor that the board would have: it knows the nominal
-/// values `model` and none of a rig's effects, and allows the board's default limits. `output_delay_ticks` is 1 on the board.
-///
-/// # Errors
-/// The first parameter of controller, model or monitor that is out of range.
-pub fn setup(
-    parameters: &Parameters,
-    model: &Rig<f64>,
-    action: MonitorAction,
-    output_delay_ticks: u8,
-) -> Result<Setup, SetupError> {
-    let monitor = match action {
-        MonitorAction::Off => None,
-        MonitorAction::Warn | MonitorAction::Trip => Some(MonitorSetup {
-            plant: Plant::without_effects(&as_the_board_holds_it(model))
-                .map_err(|error| SetupError::Monitor(MonitorError::from(error)))?,
-            parameters: MonitorParameters::default(),
-            trips: action == MonitorAction::Trip,
-            output_delay_ticks,
-        }),
-    };
-    // Telemetry is not sent here; a record that is due every tick costs nothing.
-    Setup::new(parameters, monitor, 1)
-}
-
-/// The rig in single precision.
-fn as_the_board_holds_it(rig: &Rig<f64>) -> Rig<f32> {
-    let (g, s, v, c, f) = (&rig.gas, &rig.supply, &rig.valve, &rig.cylinder, &rig.friction);
-    Rig {
-        gas: Gas {
-            gas_constant_j_per_kg_k: g.gas_constant_j_per_kg_k as f32,
-            temperature_k: g.temperature_k as f32,
-            heat_capacity_ratio: g.heat_capacity_ratio as f32,
-        },
-        supply: Supply { pressure_pa: s.pressure_pa as f32, atmosphere_pa: s.atmosphere_pa as f32 },
-        valve: Valve {
-            fill_coefficient_kg_per_s_pa: v.fill_coefficient_kg_per_s_pa as f32,
-            exhaust_coefficient_kg_per_s_pa: v.exhaust_coefficient_kg_per_s_pa as f32,
-            dead_zone_right_v: v.dead_zone_right_v as f32,
-            dead_zone_left_v: v.dead_zone_left_v as f32,
-            slope_right: v.slope_right as f32,
-            slope_left: v.slope_left as f32,
-            max_voltage_v: v.max_voltage_v as f32,
-        },
-        cylinder: Cylinder {
-            area_m2: c.area_m2 as f32,
-            stroke_m: c.stroke_m as f32,
-            volume_a0_m3: c.volume_a0_m3 as f32,
-            volume_b0_m3: c.volume_b0_m3 as f32,
-        },
-        load: Load { mass_kg: rig.load.mass_kg as f32 },
-        friction: Friction {
-            stiffness_n_per_m: f.stiffness_n_per_m as f32,
-            damping_n_s_per_m: f.damping_n_s_per_m as f32,
-            viscous_n_s_per_m: f.viscous_n_s_per_m as f32,
-            coulomb_n: f.coulomb_n as f32,
-            static_n: f.static_n as f32,
-            stribeck_velocity_m_per_s: f.stribeck_velocity_m_per_s as f32,
-            breakaway_m: f.breakaway_m as f32,
-        },
-    }
-}
 
 /// The parameters for a rig: its converters, its nominal dead zone and limits; everything else at the firmware's defaults
 /// (proportional gain 4 V/m).
@@ -104,7 +28,8 @@ pub fn parameters(rig: &RigFile) -> Parameters {
         max_voltage_v: valve.max_voltage_v as f32,
         // No chamber falls far below atmosphere, and the last hundredth of the range is the sensor's rail.
         pressure_limits_pa: [p_low.max(0.5 * supply.atmosphere_pa) as f32, (p_high - 0.01 * (p_high - p_low)) as f32],
-        supply_minimum_pa: (0.571 * supply.pressure_pa) as f32,
+        // The share that the default of 4 bar is of the paper's 7.
+        supply_minimum_pa: (supply.pressure_pa * 4.0 / 7.0) as f32,
         ..Parameters::default()
     }
 }
@@ -125,14 +50,14 @@ pub fn overlay(text: &str, file: &str, base: Parameters) -> Result<Parameters, I
     let document = Document::parse(text, file)?;
     let refused = |error: toml::ser::Error| InputError::new(file, format!("cannot be applied: {error}"), "report this");
     let mut table = toml::Table::try_from(&base).map_err(refused)?;
-    let known = known_keys();
+    let known = Key::ALL.map(|key| key.row().key);
     let given: toml::Table = toml::from_str(text)
         .map_err(|error| InputError::new(file, format!("is not valid TOML: {}", error.message()), "correct it"))?;
     let mut parameters = base;
     let entries = document.entries();
     for entry in &entries {
-        if !known.iter().any(|key| key == entry.name) {
-            return Err(entry.unknown(known.iter().map(String::as_str)));
+        if !known.contains(&entry.name) {
+            return Err(entry.unknown(known));
         }
         if let Some(value) = given.get(entry.name) {
             table.insert(entry.name.to_string(), value.clone());
@@ -160,18 +85,19 @@ pub fn config_error(file: &str, error: &ConfigError) -> InputError {
     InputError::new(file, problem, "correct the value in the rig file or in the controller file")
 }
 
-/// Every key of a controller file.
-fn known_keys() -> Vec<String> {
-    let full = Parameters {
-        setpoint_range_m: Some([0.0, 0.1]),
-        setpoint_velocity_m_per_s: Some(1.0),
-        setpoint_acceleration_m_per_s2: Some(1.0),
-        dead_zone_blend_v: Some(0.01),
-        safe_voltage_v: Some(0.0),
-        command_time_out_s: Some(1.0),
-        ..Parameters::default()
+/// Every key of a controller file with its unit, range and default, for `--help`.
+#[must_use]
+pub fn keys_help() -> String {
+    let line = |key: Key| {
+        let row = key.row();
+        let range = match key.default_value() {
+            Value::Flag(_) => "true or false".to_string(),
+            _ if row.limits.pair => format!("two of {}", row.limits),
+            _ => row.limits.to_string(),
+        };
+        format!("  {:31} {range}, default {}\n", row.key, key.default_value())
     };
-    toml::Table::try_from(&full).map(|table| table.keys().cloned().collect()).unwrap_or_default()
+    "KEYS of a controller file (meanings: docs/controller.md)\n".to_string() + &Key::ALL.map(line).concat()
 }
 
 #[cfg(test)]
@@ -180,18 +106,18 @@ mod tests {
 
     #[test]
     fn the_papers_rigs_get_the_firmwares_default_parameters() {
-        let parameters = parameters(&RigFile::paper_a());
-        let default = Parameters::default();
-        assert_eq!(
-            Parameters {
-                supply_minimum_pa: default.supply_minimum_pa,
-                pressure_limits_pa: default.pressure_limits_pa,
-                ..parameters.clone()
-            },
-            default
-        );
-        assert!((parameters.supply_minimum_pa - 4.0e5).abs() < 1e3);
-        assert!((parameters.pressure_limits_pa[1] - 9.9e5).abs() < 1.0);
+        for rig in [RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()] {
+            assert_eq!(parameters(&rig), Parameters::default());
+        }
+    }
+
+    #[test]
+    fn the_help_lists_every_key_with_its_range_and_default() {
+        let help = keys_help();
+        for key in toml::Table::try_from(Parameters::default()).expect("a table").keys() {
+            assert!(help.contains(&format!("  {key} ")), "{key}");
+        }
+        assert!(help.contains("gain_v_per_m                    0 to 10000 V/m, default 4\n"), "{help}");
     }
 
     #[test]

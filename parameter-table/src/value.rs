@@ -1,0 +1,141 @@
+//! What a parameter's value can be, and the types that hold one.
+
+use core::fmt;
+
+/// A number in few characters: powers of ten where zeros would have to be counted.
+pub(crate) struct Short(pub(crate) f32);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1.0e-3..1.0e5).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+    }
+}
+
+/// A value, whatever the type of the field that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// None is given.
+    Absent,
+    /// Yes or no.
+    Flag(bool),
+    /// One number.
+    Number(f32),
+    /// Two numbers, the lower first.
+    Pair([f32; 2]),
+}
+
+impl fmt::Display for Value {
+    /// As a TOML file writes it; `absent` if there is none.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Absent => f.write_str("absent"),
+            Self::Flag(flag) => write!(f, "{flag}"),
+            Self::Number(number) => write!(f, "{}", Short(*number)),
+            Self::Pair([first, second]) => write!(f, "[{}, {}]", Short(*first), Short(*second)),
+        }
+    }
+}
+
+impl Value {
+    /// One number of it: flags are 0 or 1, and an absent number is 0.
+    #[must_use]
+    pub fn number(self, end: End) -> f32 {
+        match (self, end) {
+            (Self::Absent, _) => 0.0,
+            (Self::Flag(flag), _) => f32::from(u8::from(flag)),
+            (Self::Number(number), _)
+            | (Self::Pair([number, _]), End::First)
+            | (Self::Pair([_, number]), End::Second) => number,
+        }
+    }
+}
+
+/// Which of a pair's numbers; single numbers have only a first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The first, or the only one.
+    First,
+    /// The second.
+    Second,
+}
+
+/// A type that can hold a parameter.
+pub trait Field {
+    /// Whether it is two numbers.
+    const PAIR: bool = false;
+    /// Whether it may hold none.
+    const OPTIONAL: bool = false;
+    /// Its value.
+    fn value(&self) -> Value;
+    /// Stores a number, as exactly as the type can; zero makes an optional number absent.
+    fn put(&mut self, end: End, number: f32);
+}
+
+impl Field for f32 {
+    fn value(&self) -> Value {
+        Value::Number(*self)
+    }
+    fn put(&mut self, _: End, number: f32) {
+        *self = number;
+    }
+}
+
+impl Field for u8 {
+    fn value(&self) -> Value {
+        Value::Number(f32::from(*self))
+    }
+    fn put(&mut self, _: End, number: f32) {
+        *self = number as u8;
+    }
+}
+
+impl Field for u32 {
+    fn value(&self) -> Value {
+        Value::Number(*self as f32)
+    }
+    fn put(&mut self, _: End, number: f32) {
+        *self = number as u32;
+    }
+}
+
+impl Field for bool {
+    fn value(&self) -> Value {
+        Value::Flag(*self)
+    }
+    fn put(&mut self, _: End, number: f32) {
+        *self = number >= 0.5;
+    }
+}
+
+impl Field for [f32; 2] {
+    const PAIR: bool = true;
+    fn value(&self) -> Value {
+        Value::Pair(*self)
+    }
+    fn put(&mut self, end: End, number: f32) {
+        let [first, second] = self;
+        *(if end == End::First { first } else { second }) = number;
+    }
+}
+
+impl Field for Option<f32> {
+    const OPTIONAL: bool = true;
+    fn value(&self) -> Value {
+        self.map_or(Value::Absent, Value::Number)
+    }
+    fn put(&mut self, _: End, number: f32) {
+        *self = Some(number).filter(|number| *number != 0.0);
+    }
+}
+
+impl Field for Option<[f32; 2]> {
+    const PAIR: bool = true;
+    const OPTIONAL: bool = true;
+    fn value(&self) -> Value {
+        self.map_or(Value::Absent, Value::Pair)
+    }
+    fn put(&mut self, end: End, number: f32) {
+        self.get_or_insert([number; 2]).put(end, number);
+    }
+}
