@@ -19,7 +19,7 @@ pub struct Terms<R> {
 impl<R: Real> Term<R> for Terms<R> {
     #[inline(always)]
     fn force(&self, _y_m: R, _v_m_per_s: R, sum: &mut Force<R>) {
-        sum.force_n = sum.force_n - self.force_n;
+        sum.force_n -= self.force_n;
     }
 }
 

@@ -22,8 +22,8 @@ impl<R: Real> Term<R> for Terms<R> {
     #[inline(always)]
     fn flow(&self, chamber: &Chamber<R>, sum: &mut ChamberFlow<R>) {
         if chamber.side == Side::A {
-            sum.mass_flow = sum.mass_flow - self.conductance * (chamber.p_pa - chamber.atmosphere_pa);
-            sum.by_chamber = sum.by_chamber - self.conductance;
+            sum.mass_flow -= self.conductance * (chamber.p_pa - chamber.atmosphere_pa);
+            sum.by_chamber -= self.conductance;
         }
     }
 }
