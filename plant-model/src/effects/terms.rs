@@ -42,9 +42,9 @@ pub(crate) struct Chamber<R> {
 pub struct Force<R> {
     /// N.
     pub force_n: R,
-    /// Derivative by position, N/m; counts only with [`Term::FORCE_VARIES`].
+    /// Derivative by position, N/m.
     pub by_position: R,
-    /// Derivative by velocity, N s/m; counts only with [`Term::FORCE_VARIES`].
+    /// Derivative by velocity, N s/m.
     pub by_velocity: R,
 }
 
@@ -106,7 +106,7 @@ pub(crate) trait Term<R: Real>: Copy + Default + PartialEq {
     #[inline(always)]
     fn flow(&self, _chamber: &Chamber<R>, _sum: &mut ChamberFlow<R>) {}
 
-    /// Whether its force on the piston depends on position or velocity; then it must also say when it
+    /// Whether its force on the piston depends on position or velocity: its derivatives then count, and it must say when it
     /// [is present](Term::is_present).
     const FORCE_VARIES: bool = false;
 
