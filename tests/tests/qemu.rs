@@ -165,7 +165,7 @@ fn bench_mode_simulates_the_same_rig_under_qemu_as_on_the_host_and_costs_what_is
             .unwrap_or_else(|error| panic!("{rig}: {error}"));
         let parameters = scenario.parameters("bench").expect("parameters");
         let file = scenario.rig_file().expect("rig");
-        let plant = BenchPlant::of_rig(&scenarios::rig::convert(&file.rig), &parameters).expect("a physical rig");
+        let plant = BenchPlant::of_rig(&file.rig.convert(), &parameters).expect("a physical rig");
         let mut host = host_target(&scenario).expect("host target").on_the_bench(plant);
         let (mut nearest, mut farthest) = (u16::MAX, 0);
         for tick in 0..5000 {
