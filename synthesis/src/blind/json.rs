@@ -116,7 +116,11 @@ mod tests {
     fn what_does_not_fit_is_named() {
         for (from, to, says) in [
             ("explained", "solved", "must be no-gap"),
-            ("\"ties\": [\"leak-chamber-a\"]", "\"ties\": 3", "invalid type: integer `3`, expected a sequence at line 4"),
+            (
+                "\"ties\": [\"leak-chamber-a\"]",
+                "\"ties\": 3",
+                "invalid type: integer `3`, expected a sequence at line 4",
+            ),
             ("2.0e-10", "\"much\"", "invalid type: string \"much\", expected f64 at line 3"),
             ("\"calibration\"", "\"calibrated\"", "missing field `calibration`"),
             ("{", "", "expected value at line 1"),
