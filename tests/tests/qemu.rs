@@ -1,15 +1,16 @@
 //! Every scenario under QEMU: the same DAC codes as on the desktop, and what a tick costs in instructions.
 //!
-//! Skipped with a message where QEMU or the target is missing.
+//! Skipped with a message where QEMU or the target is missing, and without POSITIONER_TESTS=all.
 
 use control::{AdcCode, Config, Inputs, Position, State};
 use firmware_core::BenchPlant;
 use firmware_core::lockstep::Counts;
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::Log;
-use scenarios::qemu::{QemuTarget, guest};
+use scenarios::qemu::{QemuTarget, guest, skipped};
 use scenarios::{HostTarget, Sample, Scenario, Start, Target, run_observed};
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 fn scenario_files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
@@ -65,7 +66,8 @@ fn recorded(file: &str, found: &[u64]) {
 
 /// The guest's ELF file; says why where there is none.
 fn guest_or_skip() -> Option<&'static Path> {
-    guest().inspect_err(|why| println!("skipped: {why}")).ok()
+    static SAID: Once = Once::new();
+    guest().inspect_err(|why| SAID.call_once(|| skipped("the control loop under QEMU", why))).ok()
 }
 
 #[test]
