@@ -376,12 +376,12 @@ mod tests {
     use super::*;
 
     const MAP: &str = "[source]\ncomment = \"#\"\nskip_lines = 1\n[column.t_s]\nfrom = \"t\"\n\
-                       [column.y_m]\nfrom = \"stroke, from mid\"\nunit = \"mm\"\n";
+                       [column.y_m]\nfrom = \"stroke, from mid\"\nunit = \"mm\"\n[column.u_v]\nvalue = 1.0\n";
 
     #[test]
     fn separators_between_quotes_separate_nothing() {
         let mapping = Mapping::parse(MAP, "map.toml").expect("a mapping");
-        let table = "made, by hand\n\n t , \"stroke, from mid\",\"a \"\"b\"\"\"\n# 1, \"\n0.0,\"1.5\",x\n0.1, \"2.5\" ,\"x,\ny\"\n0.2,3,x\n";
+        let table = "made, by hand\n\n t ,\"stroke, from mid\",\"a \"\"b\"\"\"\n# 1, \"\n0.0,\"1.5\",x\n0.1, \"2.5\" ,\"x,\ny\"\n0.2,3,x\n";
         let log = mapping.convert(table, "table.csv").expect("a log");
         assert_eq!((log.t_s, log.y_m), (vec![0.0, 0.1, 0.2], vec![1.5e-3, 2.5e-3, 3.0e-3]));
     }

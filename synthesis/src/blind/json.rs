@@ -119,9 +119,9 @@ mod tests {
             (
                 "\"ties\": [\"leak-chamber-a\"]",
                 "\"ties\": 3",
-                "invalid type: integer `3`, expected a sequence at line 4",
+                "invalid type: integer `3`, expected a sequence at line 5",
             ),
-            ("2.0e-10", "\"much\"", "invalid type: string \"much\", expected f64 at line 3"),
+            ("2.0e-10", "\"much\"", "invalid type: string \"much\", expected f64 at line 4"),
             ("\"calibration\"", "\"calibrated\"", "missing field `calibration`"),
             ("{", "", "expected value at line 1"),
         ] {
