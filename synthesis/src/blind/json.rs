@@ -123,7 +123,7 @@ mod tests {
             ),
             ("2.0e-10", "\"much\"", "invalid type: string \"much\", expected f64 at line 4"),
             ("\"calibration\"", "\"calibrated\"", "missing field `calibration`"),
-            ("{", "", "expected value at line 1"),
+            ("{", "", "expected struct Diagnosis at line 2"),
         ] {
             let error = Answer::from_json(&EXAMPLE.replacen(from, to, 1)).expect_err(says);
             assert!(error.to_string().contains(says), "{error}");
