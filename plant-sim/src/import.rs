@@ -37,6 +37,9 @@ struct ColumnRule {
     offset: f64,
 }
 
+/// The line a row begins in, and its fields.
+type Row = (u64, Vec<String>);
+
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
     Number(usize),
@@ -269,7 +272,7 @@ impl Mapping {
         numbers: &'a [u64],
         lines: &'a [&str],
         file: &'a str,
-    ) -> Box<dyn Iterator<Item = Result<(u64, Vec<String>), InputError>> + 'a> {
+    ) -> Box<dyn Iterator<Item = Result<Row, InputError>> + 'a> {
         let clean = |field: &str| field.trim().trim_matches('"').trim().to_string();
         let Separator::Byte(byte) = self.separator else {
             let fields = move |line: &str| line.split_whitespace().map(clean).collect();
