@@ -1,4 +1,4 @@
-//! The three operations the tick needs beyond `fixed`'s own: products that round to nearest and saturate.
+//! What the tick needs beyond `fixed`'s own operations: limits without a panic, products that round to nearest and saturate.
 //!
 //! `fixed`'s `*` wraps silently in release builds and truncates; its `saturating_mul` costs 28 instructions on a
 //! Cortex-M4. A 32 × 32 → 64 bit product with a shift and a clamp costs about ten.
@@ -29,24 +29,6 @@ pub(crate) const fn multiply(a: i32, b: i32, shift: u32) -> i32 {
     saturate((a as i64 * b as i64 + (1 << (shift - 1))) >> shift)
 }
 
-/// Largest integer whose square is not above `value`: 16 steps, one bit each, no division.
-#[inline]
-pub(crate) const fn square_root(value: u32) -> u32 {
-    let mut remainder = value;
-    let mut root = 0;
-    let mut bit = 1 << 30;
-    while bit != 0 {
-        if remainder >= root + bit {
-            remainder -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
-        bit >>= 2;
-    }
-    root
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,14 +40,5 @@ mod tests {
         assert_eq!(multiply(i32::MIN, i32::MIN, 62), 1);
         assert_eq!((multiply(3, 1, 1), multiply(-3, 1, 1)), (2, -1));
         assert_eq!((multiply(5, 1, 2), multiply(-5, 1, 2)), (1, -1));
-    }
-
-    #[test]
-    fn square_root_is_the_floor_everywhere_it_was_tried() {
-        let tries = (0..70_000).chain((0..32).map(|n| 1 << n)).chain((0..1000).map(|n| u32::MAX - n * 4_294_967));
-        for value in tries {
-            let root = u64::from(square_root(value));
-            assert!(root * root <= u64::from(value) && (root + 1) * (root + 1) > u64::from(value), "{value}");
-        }
     }
 }

@@ -7,7 +7,7 @@
 //! steps of `a h` stop in time is `v = sqrt(2 a e) − a h / 2`; it lies never more than `a h² / 8` of travel below the
 //! exact staircase and never above it, so the reference cannot overshoot. Within `e ≤ a h²` one tick suffices.
 
-use crate::arithmetic::{limit, saturate, square_root};
+use crate::arithmetic::{limit, saturate};
 use crate::quantities::{Position, Velocity};
 
 /// Fractional bits of the limiter's own position: a tick's travel is far below the resolution of [`Position`].
@@ -128,7 +128,7 @@ impl Smooth {
         let mut cut = 32_u32.saturating_sub(square.leading_zeros());
         let odd = (cut + drop) & 1;
         cut += odd;
-        let root = square_root((square >> cut) as u32);
+        let root = ((square >> cut) as u32).isqrt();
         let exponent = (cut + drop) as i32 / 2 - 12;
         let speed = if exponent >= 0 { u64::from(root) << exponent } else { u64::from(root) >> -exponent };
         let limit = self.max_velocity.to_bits().unsigned_abs();

@@ -490,3 +490,27 @@ fn student_1_percent(degrees_of_freedom: usize) -> f64 {
         n => 2.576 + 6.0 / n as f64,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::student_1_percent;
+
+    #[test]
+    fn the_one_percent_limit_is_never_below_students_and_at_most_one_percent_above() {
+        let published = [
+            (1, 63.657),
+            (2, 9.925),
+            (5, 4.032),
+            (10, 3.169),
+            (11, 3.106),
+            (15, 2.947),
+            (30, 2.750),
+            (60, 2.660),
+            (120, 2.617),
+        ];
+        for (degrees, limit) in published {
+            let found = student_1_percent(degrees);
+            assert!(found > limit - 0.004 && found < 1.011 * limit, "{degrees}: {found}");
+        }
+    }
+}

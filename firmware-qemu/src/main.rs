@@ -11,5 +11,7 @@ mod guest;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    eprintln!("This program runs under QEMU: `cargo test -p scenarios --release --test qemu` builds and runs it.");
+    eprintln!(
+        "This program runs under QEMU: `POSITIONER_TESTS=all cargo test -p scenarios --test qemu` builds and runs it."
+    );
 }

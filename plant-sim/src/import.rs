@@ -37,6 +37,9 @@ struct ColumnRule {
     offset: f64,
 }
 
+/// The line a row begins in, and its fields.
+type Row = (u64, Vec<String>);
+
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
     Number(usize),
@@ -175,26 +178,28 @@ impl Mapping {
     /// # Errors
     /// As [`Mapping::convert_file`].
     pub fn convert(&self, text: &str, file: &str) -> Result<Log, InputError> {
-        let mut lines = text
+        let (numbers, lines): (Vec<u64>, Vec<&str>) = text
             .lines()
             .enumerate()
             .map(|(at, line)| (at as u64 + 1, line))
             .skip(self.skip_lines)
             .filter(|(_, line)| !line.trim().is_empty())
-            .filter(|(_, line)| self.comment.is_none_or(|mark| !line.trim_start().starts_with(mark)));
+            .filter(|(_, line)| self.comment.is_none_or(|mark| !line.trim_start().starts_with(mark)))
+            .unzip();
+        let mut rows = self.rows(&numbers, &lines, file);
 
         let mut names = Vec::new();
         if self.header {
-            let Some((_, line)) = lines.next() else {
+            let Some(row) = rows.next() else {
                 return Err(InputError::new(file, "has no header row", "check `skip_lines` in the mapping"));
             };
-            names = self.split(line);
+            names = row?.1;
         }
         let places = self.places(&names, file)?;
         let mut values: Vec<Vec<f64>> = vec![Vec::new(); self.columns.len()];
         let mut last_t = f64::NEG_INFINITY;
-        for (number, line) in lines {
-            let fields = self.split(line);
+        for row in rows {
+            let (number, fields) = row?;
             for (at, rule) in self.columns.iter().enumerate() {
                 let value = match places[at] {
                     Err(constant) => constant,
@@ -261,12 +266,29 @@ impl Mapping {
             .collect()
     }
 
-    fn split(&self, line: &str) -> Vec<String> {
+    /// The fields of each row and the number of the line it begins in. `numbers` belong to `lines`, which hold no comments.
+    fn rows<'a>(
+        &self,
+        numbers: &'a [u64],
+        lines: &'a [&str],
+        file: &'a str,
+    ) -> Box<dyn Iterator<Item = Result<Row, InputError>> + 'a> {
         let clean = |field: &str| field.trim().trim_matches('"').trim().to_string();
-        match self.separator {
-            Separator::Byte(byte) => line.split(char::from(byte)).map(clean).collect(),
-            Separator::Blanks => line.split_whitespace().map(clean).collect(),
-        }
+        let Separator::Byte(byte) = self.separator else {
+            let fields = move |line: &str| line.split_whitespace().map(clean).collect();
+            return Box::new(numbers.iter().zip(lines).map(move |(number, line)| Ok((*number, fields(line)))));
+        };
+        let table = std::io::Cursor::new(lines.join("\n"));
+        let mut reader = csv::ReaderBuilder::new();
+        let records = reader.delimiter(byte).has_headers(false).flexible(true).from_reader(table).into_records();
+        Box::new(records.map(move |record| {
+            let record = record.map_err(|error| {
+                InputError::new(file, format!("is no table: {error}"), "check `separator` in the mapping")
+            })?;
+            // A field between quotes may go on over several lines.
+            let line = record.position().map_or(0, |position| position.line().saturating_sub(1)) as usize;
+            Ok((numbers.get(line).copied().unwrap_or_default(), record.iter().map(clean).collect()))
+        }))
     }
 
     fn number(
@@ -350,4 +372,28 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
     // A constant stands in the mapping as it is meant, in SI.
     let (factor, offset) = if matches!(source, Source::Constant(_)) { (1.0, 0.0) } else { (sign * factor, offset) };
     Ok(ColumnRule { target: *target, source, factor, offset })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAP: &str = "[source]\ncomment = \"#\"\nskip_lines = 1\n[column.t_s]\nfrom = \"t\"\n\
+                       [column.y_m]\nfrom = \"stroke, from mid\"\nunit = \"mm\"\n[column.u_v]\nvalue = 1.0\n";
+
+    #[test]
+    fn separators_between_quotes_separate_nothing() {
+        let mapping = Mapping::parse(MAP, "map.toml").expect("a mapping");
+        let table = "made, by hand\n\n t ,\"stroke, from mid\",\"a \"\"b\"\"\"\n# 1, \"\n0.0,\"1.5\",x\n0.1, \"2.5\" ,\"x,\ny\"\n0.2,3,x\n";
+        let log = mapping.convert(table, "table.csv").expect("a log");
+        assert_eq!((log.t_s, log.y_m), (vec![0.0, 0.1, 0.2], vec![1.5e-3, 2.5e-3, 3.0e-3]));
+    }
+
+    #[test]
+    fn an_error_names_the_line_of_the_file_whatever_was_left_out_before() {
+        let mapping = Mapping::parse(MAP, "map.toml").expect("a mapping");
+        let table = "x\nt,\"stroke, from mid\"\n\n# 1\n0.0,\"1\n\"\n0.1,mid\n";
+        let error = mapping.convert(table, "table.csv").expect_err("`mid` is no number").to_string();
+        assert!(error.contains("table.csv, line 7") && error.contains("`mid`"), "{error}");
+    }
 }

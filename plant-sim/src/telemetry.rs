@@ -209,7 +209,7 @@ impl Recorder {
 /// # Errors
 /// The file is no firmware with defmt telemetry.
 pub fn format_table(elf: &[u8], file: &str) -> Result<Table, InputError> {
-    let remedy = "give the very file that runs on the board: target/thumbv7em-none-eabihf/release/firmware";
+    let remedy = "give the very file that runs on the board: target/thumbv7em-none-eabihf/firmware/firmware";
     let problem = |text: String| InputError::new(file, text, remedy);
     match Table::parse(elf) {
         Ok(Some(table)) => Ok(table),

@@ -266,9 +266,10 @@ proptest! {
     }
 
     #[test]
-    fn any_mapping_over_any_table_gives_a_log_or_an_error(at in 0..200_usize, insert in "[ -~\n]{0,10}", table in "([0-9.,;\t x-]{0,20}\n){0,6}") {
-        let good = "[source]\nseparator = \"space\"\nheader = false\natmosphere_pa = 1e5\n[column.t_s]\nfrom = 1\n[column.y_m]\nfrom = 2\n[column.p_a_pa]\nfrom = 3\ngauge = true\n";
-        let mut text = good.to_string();
+    fn any_mapping_over_any_table_gives_a_log_or_an_error(at in 0..200_usize, insert in "[ -~\n]{0,10}", comma in any::<bool>(), table in "([0-9.,;\"\t x-]{0,20}\n){0,6}") {
+        let separator = if comma { "comma" } else { "space" };
+        let good = format!("[source]\nseparator = \"{separator}\"\nheader = false\natmosphere_pa = 1e5\n[column.t_s]\nfrom = 1\n[column.y_m]\nfrom = 2\n[column.p_a_pa]\nfrom = 3\ngauge = true\n");
+        let mut text = good.clone();
         text.insert_str(at.min(good.len()), &insert);
         if let Ok(mapping) = plant_sim::import::Mapping::parse(&text, "map.toml") {
             let _ = mapping.convert(&table, "table.txt");

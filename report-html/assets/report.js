@@ -6,15 +6,17 @@
   const decoded = new Map();
   const numbers = (at) => {
     if (!decoded.has(at)) {
-      const text = atob(arrays[at]);
-      const bytes = Uint8Array.from(text, (c) => c.charCodeAt(0));
-      decoded.set(at, Array.from(new Float32Array(bytes.buffer), (v) => (Number.isFinite(v) ? v : null)));
+      const [origin, text] = arrays[at];
+      const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+      decoded.set(at, Array.from(new Float32Array(bytes.buffer), (v) => (Number.isFinite(v) ? origin + v : null)));
     }
     return decoded.get(at);
   };
-  const show = (v) => {
+  // Six digits, or as many as tell values apart that differ by `step`.
+  const show = (v, step = 0) => {
     if (v == null) return "–";
     const size = Math.abs(v);
+    if (step > 0 && size / step >= 1e5) return v.toFixed(Math.min(9, Math.max(0, -Math.floor(Math.log10(step)))));
     return size !== 0 && (size < 1e-3 || size >= 1e6) ? v.toExponential(3) : String(+v.toPrecision(6));
   };
   const loose = (s) => s.style === "dots" || s.style === "curve";
@@ -79,7 +81,8 @@
       ctx.restore();
     };
     const axis = { stroke: "#57606a", grid: { stroke: "#eaeef2", width: 1 }, ticks: { stroke: "#d8dee4", width: 1 }, labelFont: "13px system-ui, sans-serif", font: "12px system-ui, sans-serif" };
-    const ticks = (u, values) => values.map((v) => (v == null ? "" : show(v)));
+    const ticks = (u, values, axis, space, step) => values.map((v) => (v == null ? "" : show(v, step)));
+    const room = (u, axis, low, high) => Math.max(50, 14 + 7 * show(high, (high - low) / 10).length);
     const options = {
       width: element.clientWidth || 640,
       height: spec.height,
@@ -95,12 +98,12 @@
         } },
       },
       axes: [
-        { ...axis, label: spec.x, values: ticks, size: 44, labelSize: 20 },
+        { ...axis, label: spec.x, values: ticks, space: room, size: 44, labelSize: 20 },
         { ...axis, label: spec.y, values: ticks, size: 72, labelSize: 22 },
       ],
       cursor: { sync: spec.group ? { key: spec.group } : undefined, drag: { x: true, y: false } },
       series: [
-        { label: spec.x, value: (u, v) => show(v) },
+        { label: spec.x, value: (u, v) => show(v, (u.scales.x.max - u.scales.x.min) / 1000) },
         ...spec.series.map((s, i) => ({
           label: s.name,
           stroke: colour(s, i),

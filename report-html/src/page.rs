@@ -143,10 +143,18 @@ impl Page {
     }
 }
 
+/// An array starts to count here where single precision would round its values together: times since 1970, for example.
+fn origin(values: &[f64]) -> f64 {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    if high - low < 1.0e-3 * low.abs().max(high.abs()) { finite().next().unwrap_or(0.0) } else { 0.0 }
+}
+
 /// Plot descriptions and the arrays they share.
 #[derive(Default)]
 struct Data {
-    arrays: Vec<String>,
+    /// Where each begins to count, and its values from there in single precision, base64.
+    arrays: Vec<(f64, String)>,
     originals: Vec<Vec<f64>>,
     specs: Vec<Value>,
 }
@@ -160,8 +168,9 @@ impl Data {
         if let Some(at) = self.originals.iter().rposition(same) {
             return at;
         }
-        let bytes: Vec<u8> = values.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect();
-        self.arrays.push(base64::engine::general_purpose::STANDARD.encode(bytes));
+        let origin = origin(&values);
+        let bytes: Vec<u8> = values.iter().flat_map(|value| ((value - origin) as f32).to_le_bytes()).collect();
+        self.arrays.push((origin, base64::engine::general_purpose::STANDARD.encode(bytes)));
         self.originals.push(values);
         self.arrays.len() - 1
     }
@@ -345,6 +354,21 @@ mod tests {
         data.plot(&plot);
         data.plot(&plot);
         assert_eq!(data.arrays.len(), 3);
+    }
+
+    #[test]
+    fn times_since_1970_stay_apart_by_a_millisecond() {
+        let mut data = Data::default();
+        let t: Vec<f64> = (0..1000).map(|k| 1.7e9 + 1.0e-3 * f64::from(k)).collect();
+        data.array(t.clone());
+        let (origin, text) = &data.arrays[0];
+        let bytes = base64::engine::general_purpose::STANDARD.decode(text).expect("base64");
+        for (stored, t) in bytes.chunks_exact(4).zip(&t) {
+            let stored = origin + f64::from(f32::from_le_bytes([stored[0], stored[1], stored[2], stored[3]]));
+            assert!((stored - t).abs() < 1.0e-6, "{stored} {t}");
+        }
+        // An ordinary array stays as it is.
+        assert_eq!(super::origin(&[0.0, 1.0, 2.0]), 0.0);
     }
 
     #[test]

@@ -81,7 +81,7 @@ fn draw(cell: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, plot: &Plot)
         .axis_style(SOFT)
         .label_style((FONT, 13).into_font().color(&INK))
         .axis_desc_style((FONT, 14).into_font().color(&INK))
-        .x_labels(8)
+        .x_labels(if tick(x[1], x_width).len() > 8 { 4 } else { 8 })
         .y_labels(7)
         .x_desc(&plot.x_label)
         .y_desc(&plot.y_label)
@@ -190,7 +190,9 @@ fn tick(value: f64, width: f64) -> String {
         return "0".to_string();
     }
     let size = value.abs().max(width);
-    if !(1e-3..1e6).contains(&size) {
+    // Times since 1970 differ behind the digits that a power of ten would show.
+    let far_out = size >= 1e6 && width < 0.01 * size;
+    if !(1e-3..1e6).contains(&size) && !far_out {
         let text = format!("{value:.2e}");
         return text.replace(".00e", "e").replace("0e", "e");
     }
@@ -224,5 +226,6 @@ mod tests {
         assert_eq!(tick(100.0, 500.0), "100");
         assert_eq!(tick(2.0e6, 5.0e6), "2e6");
         assert_eq!(tick(2.0e-5, 5.0e-5), "2e-5");
+        assert_eq!(tick(1_700_000_001.5, 5.0), "1700000001.5");
     }
 }

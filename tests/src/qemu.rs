@@ -17,6 +17,13 @@ use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
+const PROFILE: &str = "firmware";
+
+/// Says that a test is skipped and why, past the test runner, which shows nothing of a test that passes.
+pub fn skipped(test: &str, why: &str) {
+    // Where standard error is closed nobody can be told.
+    let _ = writeln!(std::io::stderr(), "skipped: {test}: {why}");
+}
 
 /// Builds the guest and returns its ELF file.
 ///
@@ -39,14 +46,17 @@ fn build() -> Result<PathBuf, String> {
     build_for_target("firmware-qemu")
 }
 
-/// Builds a package for the microcontroller and returns its ELF file.
+/// Builds a package for the microcontroller, as `cargo fw` does, and returns its ELF file.
 ///
 /// # Errors
-/// The target is not installed: then tests are skipped with this sentence.
+/// Nobody asked for tests that take minutes, or the target is not installed: then tests are skipped with this sentence.
 ///
 /// # Panics
 /// The package does not build.
 pub fn build_for_target(package: &str) -> Result<PathBuf, String> {
+    if std::env::var_os("POSITIONER_TESTS").is_none_or(|which| which != "all") {
+        return Err("it builds the firmware, which takes minutes: .ci/run does, and POSITIONER_TESTS=all".into());
+    }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let sysroot = Command::new("rustc").args(["--print", "sysroot"]).current_dir(&root).output();
     let sysroot = sysroot.map_err(|error| format!("rustc cannot be run: {error}"))?;
@@ -55,16 +65,19 @@ pub fn build_for_target(package: &str) -> Result<PathBuf, String> {
         return Err(format!("the target {TARGET} is not installed (rustup target add {TARGET})"));
     }
     let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["build", "--quiet", "--release", "-p", package, "--target", TARGET])
+        .args(["build", "--quiet", "--profile", PROFILE, "-p", package, "--target", TARGET])
         .current_dir(&root)
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
         .status()
         .map_err(|error| format!("cargo cannot be run: {error}"))?;
     // Not a reason to skip: a guest that does not build is a failure.
-    assert!(built.success(), "{package} does not build: cargo build --release -p {package} --target {TARGET}");
+    assert!(
+        built.success(),
+        "{package} does not build: cargo build --profile {PROFILE} -p {package} --target {TARGET}"
+    );
     let target_dir = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    Ok(target_dir.join(TARGET).join("release").join(package))
+    Ok(target_dir.join(TARGET).join(PROFILE).join(package))
 }
 
 /// A running guest.

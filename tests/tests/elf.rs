@@ -1,7 +1,7 @@
 //! What the linked firmware must not contain, and how much room it takes: read from the ELF file itself.
 //!
 //! The call graph is built from the branch instructions of the machine code (Thumb-2), function by function. Skipped with a
-//! message where the target is not installed.
+//! message where the target is not installed, and without POSITIONER_TESTS=all.
 
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -165,8 +165,7 @@ fn the_control_interrupt_cannot_panic_divide_64_bits_or_call_the_unknown_and_the
     let elf = match scenarios::qemu::build_for_target("firmware") {
         Ok(path) => path,
         Err(why) => {
-            println!("skipped: {why}");
-            return;
+            return scenarios::qemu::skipped("what the linked firmware contains", &why);
         }
     };
     let bytes = std::fs::read(&elf).expect("firmware");

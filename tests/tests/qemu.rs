@@ -1,15 +1,16 @@
 //! Every scenario under QEMU: the same DAC codes as on the desktop, and what a tick costs in instructions.
 //!
-//! Skipped with a message where QEMU or the target is missing.
+//! Skipped with a message where QEMU or the target is missing, and without POSITIONER_TESTS=all.
 
 use control::{Inputs, Mode, OperatorCommand, Position};
 use firmware_core::lockstep::Counts;
 use firmware_core::{BenchPlant, mode_number};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::Log;
-use scenarios::qemu::{QemuTarget, guest};
+use scenarios::qemu::{QemuTarget, guest, skipped};
 use scenarios::{Sample, Scenario, Target, host_target, run_observed};
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 /// The tick in which bench mode is armed: past the self-test.
 const ARMED_AT: u32 = 1000;
@@ -57,7 +58,8 @@ fn recorded(file: &str, found: &[u64]) {
 
 /// The guest's ELF file; says why where there is none.
 fn guest_or_skip() -> Option<&'static Path> {
-    guest().inspect_err(|why| println!("skipped: {why}")).ok()
+    static SAID: Once = Once::new();
+    guest().inspect_err(|why| SAID.call_once(|| skipped("the control loop under QEMU", why))).ok()
 }
 
 #[test]

@@ -1,26 +1,18 @@
-//! Integration of the reference equations by diffsol, under an input that is held over each sampling interval.
+//! Integration of the reference equations under an input that is held over each sampling interval.
 
 use crate::equations::{NUMBER_OF_STATES, Reference, state};
-use diffsol::{NalgebraLU, NalgebraMat, OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverStopReason, Vector};
-use std::cell::Cell;
-
-/// What diffsol reports when it gives up.
-pub type SolverError = diffsol::DiffsolError;
-
-type Matrix = NalgebraMat<f64>;
+use crate::integrators::{Accuracy, DormandPrince, ExtrapolatedEuler, OneStep, StepTooSmall};
 
 /// The solver used. Two that have nothing in common guard against the reference itself being wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Explicit Runge-Kutta of order 5 (Tsitouras). One-step: does not suffer from the input's jumps.
-    Tsit45,
-    /// Implicit, L-stable Runge-Kutta of order 4.
-    Esdirk34,
-    /// Backward differentiation formulas of variable order.
-    Bdf,
+    /// Explicit Runge-Kutta of order 5 (Dormand and Prince).
+    DormandPrince,
+    /// Linearly implicit Euler, extrapolated to order 4 (Deuflhard).
+    ExtrapolatedEuler,
 }
 
-/// Absolute tolerances at a relative tolerance of one, by component: the scale of each quantity.
+/// The size of each component that counts as ordinary, for the error control.
 const SCALE: [f64; NUMBER_OF_STATES] = [1e-2, 1e-1, 1e4, 1e4, 1e-5, 1.0, 1e5, 1e4, 1e4];
 
 impl Reference {
@@ -28,7 +20,7 @@ impl Reference {
     /// relative tolerance.
     ///
     /// # Errors
-    /// Whatever makes the solver give up.
+    /// The equations cannot be integrated to this tolerance.
     pub fn simulate(
         &self,
         method: Method,
@@ -36,83 +28,35 @@ impl Reference {
         start: [f64; NUMBER_OF_STATES],
         commands: &[f64],
         dt: f64,
-    ) -> Result<Vec<[f64; NUMBER_OF_STATES]>, SolverError> {
-        let command = Cell::new(commands.first().copied().unwrap_or(0.0));
-        let problem = OdeBuilder::<Matrix>::new()
-            .rtol(tolerance)
-            .atol(SCALE.map(|s| s * tolerance))
-            .h0(1e-6)
-            .rhs_implicit(
-                |x, _p, _t, rates| self.right_hand_side(command.get(), x, rates),
-                |x, _p, _t, direction, product| self.jacobian_product(command.get(), x, direction, product),
-            )
-            .init(|_p, _t, x| x.copy_from_slice(&start), NUMBER_OF_STATES)
-            .build()?;
+    ) -> Result<Vec<[f64; NUMBER_OF_STATES]>, StepTooSmall> {
         match method {
-            Method::Tsit45 => self.drive(problem.tsit45()?, &command, commands, dt),
-            Method::Esdirk34 => self.drive(problem.esdirk34::<NalgebraLU<f64>>()?, &command, commands, dt),
-            Method::Bdf => self.drive(problem.bdf::<NalgebraLU<f64>>()?, &command, commands, dt),
+            Method::DormandPrince => self.drive::<DormandPrince>(tolerance, start, commands, dt),
+            Method::ExtrapolatedEuler => self.drive::<ExtrapolatedEuler>(tolerance, start, commands, dt),
         }
     }
 
-    fn drive<'a, E, S>(
+    fn drive<M: OneStep<NUMBER_OF_STATES>>(
         &self,
-        mut solver: S,
-        command: &Cell<f64>,
+        tolerance: f64,
+        start: [f64; NUMBER_OF_STATES],
         commands: &[f64],
         dt: f64,
-    ) -> Result<Vec<[f64; NUMBER_OF_STATES]>, SolverError>
-    where
-        E: OdeEquations<T = f64> + 'a,
-        E::V: Vector<T = f64> + std::ops::Index<usize, Output = f64> + std::ops::IndexMut<usize, Output = f64>,
-        S: OdeSolverMethod<'a, E>,
-    {
-        let mut trace = Vec::with_capacity(commands.len());
-        for (k, u) in commands.iter().enumerate() {
-            let jumps = *u != command.replace(*u);
-            if jumps {
-                // The input jumps: the rates must follow before the solver extrapolates them.
-                let mut rates = [0.0; NUMBER_OF_STATES];
-                let x = to_array(solver.state().y);
-                self.right_hand_side(*u, &x, &mut rates);
-                let into = solver.state_mut();
-                for (i, rate) in rates.into_iter().enumerate() {
-                    into.dy[i] = rate;
-                }
-            }
-            solver.set_stop_time((k + 1) as f64 * dt)?;
-            while solver.step()? != OdeSolverStopReason::TstopReached {}
-            trace.push(to_array(solver.state().y));
-        }
-        Ok(trace)
+    ) -> Result<Vec<[f64; NUMBER_OF_STATES]>, StepTooSmall> {
+        let accuracy = Accuracy { relative: tolerance, scale: SCALE };
+        let (mut x, mut h) = (start, 1e-6);
+        commands
+            .iter()
+            .map(|u| {
+                let rates = |x: &[f64; NUMBER_OF_STATES]| {
+                    let mut rates = [0.0; NUMBER_OF_STATES];
+                    self.right_hand_side(*u, x, &mut rates);
+                    rates
+                };
+                x = M::advance(&rates, x, dt, &mut h, &accuracy)?;
+                Ok(x)
+            })
+            .collect()
     }
-
-    /// Jacobian times a vector by central differences, for the implicit methods' Newton iteration.
-    fn jacobian_product(&self, u: f64, x: &[f64], direction: &[f64], product: &mut [f64]) {
-        let size = direction.iter().zip(SCALE).map(|(d, s)| (d / s).abs()).fold(0.0, f64::max);
-        if size == 0.0 {
-            product.fill(0.0);
-            return;
-        }
-        let step = 1e-6 / size;
-        let shifted = |factor: f64| {
-            let mut at = [0.0; NUMBER_OF_STATES];
-            for ((to, from), d) in at.iter_mut().zip(x).zip(direction) {
-                *to = from + factor * d;
-            }
-            let mut rates = [0.0; NUMBER_OF_STATES];
-            self.right_hand_side(u, &at, &mut rates);
-            rates
-        };
-        let (ahead, behind) = (shifted(step), shifted(-step));
-        for (i, to) in product.iter_mut().enumerate() {
-            *to = (ahead[i] - behind[i]) / (2.0 * step);
-        }
-    }
-}
-
-fn to_array<V: std::ops::Index<usize, Output = f64>>(vector: &V) -> [f64; NUMBER_OF_STATES] {
-    std::array::from_fn(|i| vector[i])
 }
 
 const _: () = assert!(state::M_B + 1 == NUMBER_OF_STATES);

@@ -1,5 +1,5 @@
-//! Every effect of the catalogue at its typical strength, simulated by `plant-model` and by the reference equations
-//! under diffsol: what the sensors show must agree.
+//! Every effect of the catalogue at its typical strength, simulated by `plant-model` and by the reference equations:
+//! what the sensors show must agree.
 
 use plant_model::{Effect, Effects, Measurement, Rig, Simulator};
 use validation::{Method, NUMBER_OF_STATES, OpenLoop, Reference, sampled, state};
@@ -73,7 +73,7 @@ impl Meaning {
 
     fn measured(&self, start: [f64; NUMBER_OF_STATES]) -> Vec<Measurement<f64>> {
         let r = &self.reference;
-        let trace = r.simulate(Method::Tsit45, 1e-9, start, &self.commands, TICK_S).unwrap();
+        let trace = r.simulate(Method::DormandPrince, 1e-9, start, &self.commands, TICK_S).unwrap();
         (0..trace.len())
             .map(|k| {
                 let x = &trace[k];
@@ -137,7 +137,7 @@ fn distance(
 }
 
 #[test]
-fn every_effect_agrees_with_diffsol_within_10_pa_and_1_um_over_3_s_and_3_um_under_steps() {
+fn every_effect_agrees_with_the_reference_within_10_pa_and_1_um_over_3_s_and_3_um_under_steps() {
     let mut missed = Vec::new();
     let mut compared = 0;
     for effect in Effect::ALL {

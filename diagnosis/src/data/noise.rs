@@ -57,23 +57,15 @@ fn resolution(steps: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn pseudo_normal(k: usize) -> f64 {
-        // Sum of twelve uniform deviates of a linear congruential generator.
-        let mut x = (k as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            x ^= x << 13;
-            x ^= x >> 7;
-            x ^= x << 17;
-            sum += x as f64 / u64::MAX as f64;
-        }
-        sum
-    }
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
 
     #[test]
     fn noise_is_found_on_a_moving_signal() {
-        let x: Vec<f64> = (0..20_000).map(|k| (0.002 * k as f64).sin() + 1.0e-3 * pseudo_normal(k)).collect();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let mut noise = || 1.0e-3 * rng.sample::<f64, _>(StandardNormal);
+        let x: Vec<f64> = (0..20_000).map(|k| (0.002 * k as f64).sin() + noise()).collect();
         let noise = estimate(std::iter::once(&x[..]));
         assert!((noise.standard_deviation / 1.0e-3 - 1.0).abs() < 0.05, "{noise:?}");
         assert_eq!(noise.resolution, 0.0);

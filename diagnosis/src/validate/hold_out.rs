@@ -8,6 +8,9 @@ use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
 use crate::outcome::{Gain, HoldOut, Overlay, PerChannel};
 use plant_model::{Inputs, Plant, Side, Simulator, State, Stepper, Tolerance};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand_distr::{Distribution, StandardNormal};
 use rig_files::RigFile;
 
 /// Prediction horizon, s.
@@ -38,7 +41,8 @@ impl<'a> Comparison<'a> {
         let Self { record, baseline, extended } = self;
         let mut errors = [Errors::default(), Errors::default(), Errors::default()];
         let mut overlay = Overlay::default();
-        let mut noise = Deviates(0x2545_F491_4F6C_DD1D);
+        // A fixed seed: the floor of a log is always the same.
+        let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
         for stretch in record.stretches.iter().filter(|s| s.held_back) {
             for (start, end) in windows(record, stretch, horizon_s) {
                 let run_in = run_in(record, stretch, start);
@@ -135,7 +139,7 @@ fn as_if(
     model: &Model,
     history: &Commands<'_>,
     range: core::ops::Range<usize>,
-    noise: &mut Deviates,
+    noise: &mut Xoshiro256PlusPlus,
 ) -> Record {
     let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
     let q = &record.quality;
@@ -144,7 +148,8 @@ fn as_if(
         let m = simulator.measure();
         let sigmas = [&q.position, &q.pressure_a, &q.pressure_b].map(|channel| channel.standard_deviation);
         for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
-            signal.push(value + noise.next() * sigma);
+            let deviate: f64 = StandardNormal.sample(noise);
+            signal.push(value + deviate * sigma);
         }
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
@@ -238,21 +243,5 @@ impl Errors {
     fn rmse(&self) -> PerChannel {
         let [y, a, b] = self.squares.map(|square| Some((square / self.count.max(1.0)).sqrt()));
         PerChannel { y_m: y, p_a_pa: a, p_b_pa: b }
-    }
-}
-
-/// Normal deviates from a xorshift generator with a fixed seed: the floor of a log is always the same.
-struct Deviates(u64);
-
-impl Deviates {
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }

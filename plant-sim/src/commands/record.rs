@@ -20,9 +20,9 @@ use std::time::Duration;
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
     Straight from the board (needs a plant-sim built with --features probe):\n  \
-    plant-sim record --elf target/thumbv7em-none-eabihf/release/firmware --probe --out out/run.csv\n\n  \
+    plant-sim record --elf target/thumbv7em-none-eabihf/firmware/firmware --probe --out out/run.csv\n\n  \
     With OpenOCD serving the board's RTT channel on a local port (docs/commissioning.md):\n  \
-    nc localhost 9090 | plant-sim record --elf target/thumbv7em-none-eabihf/release/firmware --out out/run.csv\n\n  \
+    nc localhost 9090 | plant-sim record --elf target/thumbv7em-none-eabihf/firmware/firmware --out out/run.csv\n\n  \
     From a stream that was saved:\n  \
     plant-sim record --elf firmware.elf --from stream.bin --out out/run.csv")]
 pub(crate) struct Arguments {

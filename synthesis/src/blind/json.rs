@@ -2,30 +2,49 @@
 
 use super::score::{Answer, Estimate, Holdout, Named};
 use rig_files::Verdict;
-use serde_json::Value;
+use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// A `diagnosis.json` that is not one: where, and what was expected there.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("diagnosis.json: {place} {expected}")]
-pub struct JsonError {
-    place: String,
-    expected: String,
+#[error("diagnosis.json: {0}")]
+pub struct JsonError(String);
+
+/// What is scored of the format in `docs/formats.md`; other keys do not matter here.
+#[derive(Deserialize)]
+struct Diagnosis {
+    verdict: String,
+    causes: Vec<Cause>,
+    calibration: Vec<Calibration>,
+    #[serde(default)]
+    gain: Gain,
 }
 
-fn wrong(place: impl Into<String>, expected: impl Into<String>) -> JsonError {
-    JsonError { place: place.into(), expected: expected.into() }
+#[derive(Deserialize)]
+struct Cause {
+    id: String,
+    parameters: Vec<Parameter>,
+    ties: Vec<String>,
 }
 
-fn list<'a>(value: &'a Value, key: &str) -> Result<&'a [Value], JsonError> {
-    value[key].as_array().map(Vec::as_slice).ok_or_else(|| wrong(format!("`{key}`"), "must be a list"))
+#[derive(Deserialize)]
+struct Parameter {
+    name: String,
+    value: f64,
+    std_error: Option<f64>,
 }
 
-fn text<'a>(value: &'a Value, place: &str, key: &str) -> Result<&'a str, JsonError> {
-    value[key].as_str().ok_or_else(|| wrong(format!("{place} `{key}`"), "must be a text"))
+#[derive(Deserialize)]
+struct Calibration {
+    name: String,
+    nominal: f64,
+    value: f64,
 }
 
-fn number(value: &Value, place: &str, key: &str) -> Result<f64, JsonError> {
-    value[key].as_f64().ok_or_else(|| wrong(format!("{place} `{key}`"), "must be a number"))
+#[derive(Default, Deserialize)]
+struct Gain {
+    #[serde(default)]
+    holdout: BTreeMap<String, BTreeMap<String, Option<f64>>>,
 }
 
 impl Answer {
@@ -34,53 +53,38 @@ impl Answer {
     /// # Errors
     /// What is missing or of another kind than the format says.
     pub fn from_json(json: &str) -> Result<Self, JsonError> {
-        let root: Value =
-            serde_json::from_str(json).map_err(|error| wrong("the text", format!("is no JSON: {error}")))?;
-        let word = text(&root, "the top-level", "verdict")?;
-        let verdict = Verdict::from_word(word)
-            .ok_or_else(|| wrong("`verdict`", "must be no-gap, explained, partly-explained or unexplained"))?;
-        let causes = list(&root, "causes")?.iter().map(named).collect::<Result<_, _>>()?;
-        let calibration = list(&root, "calibration")?
-            .iter()
-            .map(|entry| {
-                let name = text(entry, "a calibration's", "name")?.to_string();
-                let nominal = number(entry, &name, "nominal")?;
-                let value = number(entry, &name, "value")?;
-                Ok((name, if nominal == 0.0 { 1.0 } else { value / nominal }))
-            })
-            .collect::<Result<_, _>>()?;
-        let holdout = &root["gain"]["holdout"];
+        let diagnosis: Diagnosis = serde_json::from_str(json).map_err(|error| JsonError(error.to_string()))?;
+        let verdict = Verdict::from_word(&diagnosis.verdict).ok_or_else(|| {
+            JsonError("`verdict` must be no-gap, explained, partly-explained or unexplained".to_string())
+        })?;
+        let calibration = diagnosis
+            .calibration
+            .into_iter()
+            .map(|entry| (entry.name, if entry.nominal == 0.0 { 1.0 } else { entry.value / entry.nominal }))
+            .collect();
+        let errors = |kind: &str, channel: &str| *diagnosis.gain.holdout.get(kind)?.get(channel)?;
         let channels = ["y_m", "p_a_pa", "p_b_pa"].into_iter().filter_map(|channel| {
             // A channel that was not measured is null or absent.
             Some(Holdout {
                 channel: channel.to_string(),
-                baseline: holdout["baseline_rmse"][channel].as_f64()?,
-                extended: holdout["extended_rmse"][channel].as_f64()?,
-                noise_floor: holdout["noise_floor"][channel].as_f64()?,
+                baseline: errors("baseline_rmse", channel)?,
+                extended: errors("extended_rmse", channel)?,
+                noise_floor: errors("noise_floor", channel)?,
             })
         });
-        Ok(Self { verdict, causes, calibration, holdout: channels.collect() })
+        let holdout = channels.collect();
+        Ok(Self { verdict, causes: diagnosis.causes.into_iter().map(named).collect(), calibration, holdout })
     }
 }
 
-fn named(cause: &Value) -> Result<Named, JsonError> {
-    let id = text(cause, "a cause's", "id")?.to_string();
-    let parameters = list(cause, "parameters")?
-        .iter()
-        .map(|parameter| {
-            Ok(Estimate {
-                name: text(parameter, "a parameter's", "name")?.to_string(),
-                value: number(parameter, &id, "value")?,
-                // Without a standard error the value claims to be exact, and is scored so.
-                std_error: parameter["std_error"].as_f64().unwrap_or(0.0),
-            })
-        })
-        .collect::<Result<_, _>>()?;
-    let ties = list(cause, "ties")?
-        .iter()
-        .map(|tie| tie.as_str().map(str::to_string).ok_or_else(|| wrong("`ties`", "must hold texts")))
-        .collect::<Result<_, _>>()?;
-    Ok(Named { id, parameters, ties })
+fn named(cause: Cause) -> Named {
+    let parameters = cause.parameters.into_iter().map(|parameter| Estimate {
+        name: parameter.name,
+        value: parameter.value,
+        // Without a standard error the value claims to be exact, and is scored so.
+        std_error: parameter.std_error.unwrap_or(0.0),
+    });
+    Named { id: cause.id, parameters: parameters.collect(), ties: cause.ties }
 }
 
 #[cfg(test)]
@@ -112,9 +116,14 @@ mod tests {
     fn what_does_not_fit_is_named() {
         for (from, to, says) in [
             ("explained", "solved", "must be no-gap"),
-            ("\"ties\": [\"leak-chamber-a\"]", "\"ties\": 3", "`ties` must be a list"),
-            ("2.0e-10", "\"much\"", "`value` must be a number"),
-            ("{", "", "is no JSON"),
+            (
+                "\"ties\": [\"leak-chamber-a\"]",
+                "\"ties\": 3",
+                "invalid type: integer `3`, expected a sequence at line 5",
+            ),
+            ("2.0e-10", "\"much\"", "invalid type: string \"much\", expected f64 at line 4"),
+            ("\"calibration\"", "\"calibrated\"", "missing field `calibration`"),
+            ("{", "", "expected struct Diagnosis at line 2"),
         ] {
             let error = Answer::from_json(&EXAMPLE.replacen(from, to, 1)).expect_err(says);
             assert!(error.to_string().contains(says), "{error}");
