@@ -2,13 +2,13 @@
 //!
 //! This runs outside the tick, on the desktop and on the board; it is the only part of the crate that uses floats.
 
-use crate::codes::DacScale;
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
 use crate::parameters::{Key, Parameters, acceleration_range};
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
-use crate::quantities::{AdcScale, EXTRA_BITS, Position, Pressure, Velocity, Voltage};
+use crate::quantities::{Position, Pressure, Velocity, Voltage};
+use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
 use parameter_table::{Must, ParameterError};
 

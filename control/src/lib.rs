@@ -47,6 +47,7 @@ pub mod parameters;
 pub mod plausibility;
 pub mod program;
 pub mod quantities;
+pub mod scales;
 pub mod setpoint;
 mod tick;
 #[cfg(any(test, feature = "twin"))]

@@ -20,7 +20,7 @@
 //! `frozen.rs`; the rest is left to the on-board model, which sees that pressures and motion no longer agree.
 
 use crate::codes::AdcCode;
-use crate::quantities::AdcScale;
+use crate::scales::AdcScale;
 
 /// What one channel's readings must satisfy, in the bits of its quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]

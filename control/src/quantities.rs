@@ -1,4 +1,4 @@
-//! Physical quantities in fixed point, and the way from converter codes to them.
+//! Physical quantities in fixed point.
 //!
 //! | quantity | type | unit | range | resolution |
 //! | --- | --- | --- | --- | --- |
@@ -11,9 +11,6 @@
 //! formats resolve the finest code by a factor of 1,000 or more and leave headroom for every rig that the parameter
 //! checks let through.
 
-use crate::arithmetic::saturate;
-use crate::codes::AdcCode;
-
 /// A position in metres, from mid-stroke, positive towards chamber B.
 pub type Position = fixed::types::I4F28;
 /// An absolute pressure in pascals.
@@ -22,47 +19,3 @@ pub type Pressure = fixed::types::I24F8;
 pub type Voltage = fixed::types::I8F24;
 /// A velocity in metres per second.
 pub type Velocity = fixed::types::I8F24;
-
-/// Fractional bits that the width of a code has beyond those of the quantity, so that 65,535 codes add up to the range.
-pub(crate) const EXTRA_BITS: u32 = 20;
-
-/// ADC code → quantity: `x = lo + code · width`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdcScale {
-    /// The quantity at code 0, in its own format.
-    pub(crate) lowest: i32,
-    /// The width of one code, with [`EXTRA_BITS`] more fractional bits than the quantity.
-    pub(crate) width: i64,
-    /// The highest code, 2^bits − 1.
-    pub(crate) max_code: u16,
-}
-
-impl AdcScale {
-    /// The quantity's bits for a code; a code above the highest reads as the highest.
-    #[inline]
-    pub(crate) fn bits(&self, code: AdcCode) -> i32 {
-        let code = i64::from(code.0.min(self.max_code));
-        // code · width is at most the span, below 2^33 in the quantity's format: 2^53 here.
-        saturate(i64::from(self.lowest) + ((code * self.width + (1 << (EXTRA_BITS - 1))) >> EXTRA_BITS))
-    }
-
-    /// Whether the code sits at (or impossibly beyond) an end of the converter.
-    #[inline]
-    pub(crate) fn at_rail(&self, code: AdcCode) -> bool {
-        code.0 == 0 || code.0 >= self.max_code
-    }
-
-    /// A position from a scale made for positions.
-    #[inline]
-    #[must_use]
-    pub fn position(&self, code: AdcCode) -> Position {
-        Position::from_bits(self.bits(code))
-    }
-
-    /// A pressure from a scale made for pressures.
-    #[inline]
-    #[must_use]
-    pub fn pressure(&self, code: AdcCode) -> Pressure {
-        Pressure::from_bits(self.bits(code))
-    }
-}

@@ -463,6 +463,9 @@ constants! {
         least_share_beside_a_gap: f64 = 0.1, "of the gap",
             "Least share of a cause named while a balance stays open.",
             "a smaller one is as likely the gap's shadow";
+        noise_floor_draws: usize = 8, "",
+            "Draws of the sensors' noise that the noise floor is averaged over.",
+            "one draw scatters by a quarter where the piston sticks, eight by a tenth";
         run_in_s: f64 = 0.15, "s",
             "The spool runs in for this long before each restart.",
             "ten times a valve lag of 10 ms";

@@ -6,8 +6,6 @@
 use control::Parameters;
 use plant_model::{Plant, Rig, State, Stepper};
 
-use crate::settings::Settings;
-
 /// The plant behind simulated converters.
 #[derive(Clone, Debug)]
 pub struct BenchPlant {
@@ -39,13 +37,8 @@ impl Line {
 }
 
 impl BenchPlant {
-    /// The plant at rest at mid-stroke. `None` if the settings describe no physical rig.
-    #[must_use]
-    pub fn new(settings: &Settings) -> Option<Self> {
-        Self::of_rig(&settings.rig(), &settings.control_parameters())
-    }
-
-    /// The same for a rig and the control law's converters.
+    /// The plant at rest at mid-stroke, behind the converters of the control law. `None` if the numbers describe no physical
+    /// rig.
     #[must_use]
     pub fn of_rig(rig: &Rig<f32>, parameters: &Parameters) -> Option<Self> {
         let plant = Plant::without_effects(rig).ok()?;

@@ -3,7 +3,6 @@
 use board_link::{Command, Refusal, Reply, StateWord, Status, TextWord, Version};
 use control::{Mode, OperatorCommand};
 
-use crate::bench::BenchPlant;
 use crate::control_loop::Order;
 use crate::course::Course;
 use crate::settings::Settings;
@@ -126,7 +125,7 @@ impl Desk {
             Command::Bench { on } => {
                 only_in(mode != Mode::Run)?;
                 let order = if on {
-                    Order::BenchOn(BenchPlant::new(&self.settings).ok_or(Refusal::Configuration)?)
+                    Order::BenchOn(self.settings.bench_plant().ok_or(Refusal::Configuration)?)
                 } else {
                     Order::BenchOff
                 };

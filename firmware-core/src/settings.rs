@@ -6,6 +6,7 @@ use monitor::{Monitor, MonitorParameters};
 use parameter_table::{End, ParameterError as SettingsError};
 use plant_model::{Plant, Rig};
 
+use crate::bench::BenchPlant;
 use crate::control_loop::Setup;
 
 /// The timer latches a code one tick after the sample it answers.
@@ -105,6 +106,12 @@ impl Settings {
     /// Every value with the line of the table it belongs to.
     fn entries(&self) -> impl Iterator<Item = (Source, f32)> {
         Parameter::ALL.iter().map(|parameter| parameter.source()).zip(self.values.iter().copied())
+    }
+
+    /// The plant of bench mode. `None` if the settings describe no physical rig.
+    #[must_use]
+    pub fn bench_plant(&self) -> Option<BenchPlant> {
+        BenchPlant::of_rig(&self.rig(), &self.control_parameters())
     }
 
     /// The control law's parameters. What the board cannot change is as by default: 16-bit ADC codes and 12-bit DAC codes,

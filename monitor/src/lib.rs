@@ -45,7 +45,7 @@ use chamber::{Balance, Interval, Watch};
 use command_delay::CommandDelay;
 use kink::{Bent, KinkWatch};
 use motion::MissingMotion;
-use plant_model::{Effects, Plant, Real, Rig};
+use plant_model::{Effects, Plant, Real, Rig, Side};
 
 /// What the sensors say this tick: the controller's last good readings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -150,14 +150,13 @@ impl Monitor {
         command_delay_ticks: u8,
     ) -> Result<Self, MonitorError> {
         parameters.validate(tick_s)?;
-        let m = plant.coefficients();
-        let spool_keep = if m.added.valve_lag.time_constant_s > 0.0 {
-            (-tick_s / m.added.valve_lag.time_constant_s).exp()
+        let spool_keep = if plant.added().valve_lag.time_constant_s > 0.0 {
+            (-tick_s / plant.added().valve_lag.time_constant_s).exp()
         } else {
             0.0
         };
         let kink = KinkWatch::new(&plant, tick_s);
-        let delay = CommandDelay::new(f32::from(command_delay_ticks) + m.added.line_delay.delay_s / tick_s)?;
+        let delay = CommandDelay::new(f32::from(command_delay_ticks) + plant.added().line_delay.delay_s / tick_s)?;
         Ok(Self {
             plant,
             parameters: *parameters,
@@ -214,7 +213,6 @@ impl Monitor {
         let (volume_a, volume_b) = self.plant.volumes_m3(y_m);
         let mean_a = 0.5 * (readings.pressure_a_pa + last.pressure_a_pa);
         let mean_b = 0.5 * (readings.pressure_b_pa + last.pressure_b_pa);
-        let crossing = m.added.leak_cross_piston.conductance * (mean_a - mean_b);
         let balance_a = Balance {
             pressure_pa: mean_a,
             inverse_volume_per_m3: 1.0 / volume_a,
@@ -222,7 +220,7 @@ impl Monitor {
             step_m,
             smoothed_step_m: self.smoothed_step_m,
             filling: valve.fills_a,
-            leak_kg_per_s: -crossing - m.added.leak_chamber_a.conductance * (mean_a - m.atmosphere_pa),
+            leak_kg_per_s: self.plant.leaks(Side::A, mean_a, Some(mean_b)).mass_flow,
         };
         let balance_b = Balance {
             pressure_pa: mean_b,
@@ -231,7 +229,7 @@ impl Monitor {
             step_m: -step_m,
             smoothed_step_m: -self.smoothed_step_m,
             filling: !valve.fills_a,
-            leak_kg_per_s: crossing - m.added.leak_chamber_b.conductance * (mean_b - m.atmosphere_pa),
+            leak_kg_per_s: self.plant.leaks(Side::B, mean_b, Some(mean_a)).mass_flow,
         };
         let (check_a, moved_a) =
             self.a.advance(&interval, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);

@@ -1,7 +1,6 @@
 //! Nominal parameters with all effects folded in.
 
 use crate::dead_zone::DeadZone;
-use crate::effects::Added;
 
 /// Everything the right-hand side needs, effects included. Built by `Plant::new`, changed by effects only: they change
 /// the coefficients of the paper's model, or set those of a term of their own.
@@ -49,6 +48,4 @@ pub struct Coefficients<R> {
     pub stribeck_velocity_m_per_s: R,
     /// `z_ba`, m.
     pub breakaway_m: R,
-    /// Coefficients of what effects add.
-    pub added: Added<R>,
 }

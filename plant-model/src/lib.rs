@@ -22,7 +22,9 @@ mod coefficients;
 mod command_path;
 pub mod dead_zone;
 pub mod effects;
+mod flow;
 pub mod friction;
+mod measurement;
 mod plant;
 mod real;
 mod rig;
@@ -35,11 +37,11 @@ pub mod valve_flow;
 
 pub use coefficients::Coefficients;
 pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
+pub use measurement::Measurement;
 pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{
     Cylinder, Friction, Gas, Limits, Load, Must, ParameterError, Place, RIG_KEYS, Rig, RigKey, Supply, Valve, rig_key,
 };
-pub use sensors::Measurement;
 pub use simulator::Simulator;
 pub use stepper::{Stepper, Tolerance};

@@ -5,9 +5,9 @@ use crate::dead_zone::DeadZone;
 use crate::effects::terms::Chamber;
 use crate::effects::{Added, ChamberFlow, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
+use crate::measurement::Measurement;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
-use crate::sensors::Measurement;
 use crate::valve_flow::Orifices;
 
 /// The smallest volume a chamber can have, as a part of the swept volume `A L` (erratum: case (b) would reach zero).
@@ -56,6 +56,7 @@ pub struct Inputs<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant<R> {
     pub(crate) model: Coefficients<R>,
+    pub(crate) added: Added<R>,
     pub(crate) orifices: Orifices<R>,
     pub(crate) lugre: LuGre<R>,
     /// `R n T`, J/kg.
@@ -83,8 +84,9 @@ impl<R: Real> Plant<R> {
         rig.validate()?;
         effects.validate()?;
         let mut model = Self::nominal(rig);
-        effects.apply(&mut model);
-        Ok(Self::assemble(rig, model))
+        let mut added = Added::default();
+        effects.apply(&mut model, &mut added);
+        Ok(Self::assemble(rig, model, added))
     }
 
     /// The paper's model of a rig, without effects: the same as [`Plant::new`] with [`Effects::none`], but without the
@@ -94,7 +96,7 @@ impl<R: Real> Plant<R> {
     /// The first parameter of the rig that is not finite, out of range or inconsistent.
     pub fn without_effects(rig: &Rig<R>) -> Result<Self, ParameterError> {
         rig.validate()?;
-        Ok(Self::assemble(rig, Self::nominal(rig)))
+        Ok(Self::assemble(rig, Self::nominal(rig), Added::default()))
     }
 
     fn nominal(rig: &Rig<R>) -> Coefficients<R> {
@@ -125,12 +127,10 @@ impl<R: Real> Plant<R> {
             static_n: f.static_n,
             stribeck_velocity_m_per_s: f.stribeck_velocity_m_per_s,
             breakaway_m: f.breakaway_m,
-            added: Added::default(),
         }
     }
 
-    fn assemble(rig: &Rig<R>, model: Coefficients<R>) -> Self {
-        let added = &model.added;
+    fn assemble(rig: &Rig<R>, model: Coefficients<R>, added: Added<R>) -> Self {
         let iso6358 = added.choked_flow.on(model.fill, model.exhaust, model.supply_pa, model.atmosphere_pa);
         let level_varies = added.changes_sliding_force();
         let stroke_m = model.half_stroke_m + model.half_stroke_m;
@@ -162,6 +162,7 @@ impl<R: Real> Plant<R> {
             level_varies,
             extended: level_varies || added.is_present() || uneven_area_m2 != R::ZERO,
             model,
+            added,
         }
     }
 
@@ -175,6 +176,12 @@ impl<R: Real> Plant<R> {
     #[must_use]
     pub fn coefficients(&self) -> &Coefficients<R> {
         &self.model
+    }
+
+    /// Coefficients of the terms that effects add to the paper's equations.
+    #[must_use]
+    pub fn added(&self) -> &Added<R> {
+        &self.added
     }
 
     /// `R n T`, the factor from mass flow to `V p'`, J/kg.
@@ -259,7 +266,7 @@ impl<R: Real> Plant<R> {
     /// the other chamber's pressure, what depends on it is left out.
     #[inline]
     pub fn add_flows(&self, side: Side, p_pa: R, p_other_pa: Option<R>, flow: &mut ChamberFlow<R>) {
-        self.model.added.flow(&Chamber { side, p_pa, p_other_pa, atmosphere_pa: self.model.atmosphere_pa }, flow);
+        self.added.flow(&Chamber { side, p_pa, p_other_pa, atmosphere_pa: self.model.atmosphere_pa }, flow);
     }
 
     /// What effects let into a chamber beside the valve, see [`Plant::add_flows`].
@@ -281,7 +288,7 @@ impl<R: Real> Plant<R> {
     #[must_use]
     pub fn shown_pressure_pa(&self, side: Side, behind_lag_pa: R) -> R {
         let p = behind_lag_pa;
-        let shown = self.model.added.sense(Measurement { p_a_pa: p, p_b_pa: p, ..Measurement::default() });
+        let shown = self.added.sense(Measurement { p_a_pa: p, p_b_pa: p, ..Measurement::default() });
         match side {
             Side::A => shown.p_a_pa,
             Side::B => shown.p_b_pa,
@@ -291,39 +298,39 @@ impl<R: Real> Plant<R> {
     /// The pressure behind the sensor's lag in Pa absolute, from what the sensor shows.
     #[must_use]
     pub fn pressure_behind_lag_pa(&self, side: Side, shown_pa: R) -> R {
-        self.model.added.true_pressure_pa(side, shown_pa)
+        self.added.true_pressure_pa(side, shown_pa)
     }
 
     /// The pressure in a chamber in Pa absolute, from what the sensor shows and its slope in Pa/s.
     #[must_use]
     pub fn true_pressure_pa(&self, side: Side, shown_pa: R, slope_pa_per_s: R) -> R {
-        let ahead_pa = self.model.added.pressure_lag.ahead_pa(shown_pa, slope_pa_per_s);
-        self.model.added.true_pressure_pa(side, ahead_pa)
+        let ahead_pa = self.added.pressure_lag.ahead_pa(shown_pa, slope_pa_per_s);
+        self.added.true_pressure_pa(side, ahead_pa)
     }
 
     /// The position in m, from what the sensor shows (of the moment to which that belongs, see
     /// [`Plant::position_delay_s`]).
     #[must_use]
     pub fn true_position_m(&self, shown_m: R) -> R {
-        self.model.added.true_position_m(shown_m)
+        self.added.true_position_m(shown_m)
     }
 
     /// What the position sensor shows in m, of a position.
     #[must_use]
     pub fn shown_position_m(&self, y_m: R) -> R {
-        self.model.added.sense(Measurement { y_m, ..Measurement::default() }).y_m
+        self.added.sense(Measurement { y_m, ..Measurement::default() }).y_m
     }
 
     /// By how much the position signal is late, s.
     #[must_use]
     pub fn position_delay_s(&self) -> R {
-        self.model.added.position_delay.delay_s
+        self.added.position_delay.delay_s
     }
 
     /// By how much the valve acts late on its command, s.
     #[must_use]
     pub fn line_delay_s(&self) -> R {
-        self.model.added.line_delay.delay_s
+        self.added.line_delay.delay_s
     }
 
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.

@@ -86,7 +86,7 @@ impl<R: Real> Plant<R> {
     /// Lets those additional states that are not in use follow their sources.
     #[inline]
     pub(crate) fn settle(&self, state: &mut State<R>, drive: &Drive<R>) {
-        let added = &self.model.added;
+        let added = &self.added;
         if !added.valve_lag.is_present() {
             state.spool_v = drive.command_v;
         }
@@ -110,7 +110,7 @@ impl<R: Real> Plant<R> {
 
     #[inline]
     fn opening<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Opening<R> {
-        if EXTENDED && self.model.added.valve_lag.is_present() {
+        if EXTENDED && self.added.valve_lag.is_present() {
             Opening::at(self.model.dead_zone.output_v(state.spool_v))
         } else {
             drive.opening
@@ -126,7 +126,7 @@ impl<R: Real> Plant<R> {
             return (plain, R::ZERO, R::ZERO);
         }
         let atmosphere = self.model.atmosphere_pa;
-        let sum = self.model.added.slide::<PARTIALS>(
+        let sum = self.added.slide::<PARTIALS>(
             plain.force_n,
             &Seal {
                 y_m: state.y_m,
@@ -175,7 +175,7 @@ impl<R: Real> Plant<R> {
         if EXTENDED {
             sum.force_n += self.uneven_area_m2 * (p_a - m.atmosphere_pa);
         }
-        m.added.force(y, v, &mut sum);
+        self.added.force(y, v, &mut sum);
         sum
     }
 
@@ -231,8 +231,8 @@ impl<R: Real> Plant<R> {
         if EXTENDED {
             let chamber =
                 |side, p_pa, other| Chamber { side, p_pa, p_other_pa: Some(other), atmosphere_pa: m.atmosphere_pa };
-            m.added.flow(&chamber(Side::A, p_a, p_b), &mut flow_a);
-            m.added.flow(&chamber(Side::B, p_b, p_a), &mut flow_b);
+            self.added.flow(&chamber(Side::A, p_a, p_b), &mut flow_a);
+            self.added.flow(&chamber(Side::B, p_b, p_a), &mut flow_b);
         }
 
         let (volume_a, volume_b) = self.volumes::<EXTENDED>(y);
@@ -252,10 +252,10 @@ impl<R: Real> Plant<R> {
         };
         if EXTENDED {
             let drawn = if opening.fills_a { valve_a.mass_flow } else { valve_b.mass_flow };
-            rates.spool_v = m.added.valve_lag.rate(drive.command_v, state.spool_v);
-            rates.p_sup_pa = m.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
-            rates.p_a_sensed_pa = m.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
-            rates.p_b_sensed_pa = m.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);
+            rates.spool_v = self.added.valve_lag.rate(drive.command_v, state.spool_v);
+            rates.p_sup_pa = self.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
+            rates.p_a_sensed_pa = self.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
+            rates.p_b_sensed_pa = self.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);
         }
 
         let mut jacobian = Jacobian::default();
@@ -297,7 +297,7 @@ impl<R: Real> Plant<R> {
                 jacobian.b_spool = gain_b * rate_b.by_mass_flow;
                 let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
                 (jacobian.supply_supply, jacobian.supply_spool, jacobian.supply_filled) =
-                    m.added.supply_droop.partials(&drawn, gain);
+                    self.added.supply_droop.partials(&drawn, gain);
             }
         }
         (rates, jacobian)

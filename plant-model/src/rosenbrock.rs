@@ -65,7 +65,7 @@ struct Extra<R> {
 
 impl<R: Real> Extra<R> {
     fn new(plant: &Plant<R>, j: &Jacobian<R>, diagonal: R) -> Self {
-        let added = &plant.model.added;
+        let added = &plant.added;
         let supply = R::ONE / (diagonal - j.supply_supply);
         let sensed_gain = added.pressure_lag.inverse_s();
         // Only the chamber that is being filled depends on the supply, and the supply on it.
@@ -393,10 +393,9 @@ mod tests {
             plant.settle(&mut state, &drive);
             // States that follow their sources at once have no rate: their right-hand side is zero.
             let mut right: [f64; STATES] = core::array::from_fn(|i| r[i] * SCALE[i] / h);
-            let m = plant.coefficients();
-            if !m.added.valve_lag.is_present() { right[5] = 0.0; }
-            if !m.added.supply_droop.is_present() { right[6] = 0.0; }
-            if !m.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
+            if !plant.added.valve_lag.is_present() { right[5] = 0.0; }
+            if !plant.added.supply_droop.is_present() { right[6] = 0.0; }
+            if !plant.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
 
             let check = |k: State<f64>, rates: &dyn Fn(&State<f64>) -> State<f64>| {
                 let Some(back) = multiplied(rates, &state, &k, h) else { return Ok(()) };

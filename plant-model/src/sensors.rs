@@ -1,22 +1,10 @@
 //! What the sensors make of the state: gain, offsets, and a position signal that comes late.
 
 use crate::effects::Added;
+use crate::measurement::Measurement;
 use crate::plant::State;
 use crate::real::Real;
 use heapless::Deque;
-
-/// What a data logger would record, before noise and quantisation.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measurement<R> {
-    /// Position, m.
-    pub y_m: R,
-    /// Pressure of chamber A, Pa absolute.
-    pub p_a_pa: R,
-    /// Pressure of chamber B, Pa absolute.
-    pub p_b_pa: R,
-    /// Supply pressure, Pa absolute.
-    pub p_sup_pa: R,
-}
 
 /// Past positions as far back as the position signal is late.
 #[derive(Clone, Debug)]

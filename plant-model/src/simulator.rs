@@ -2,10 +2,11 @@
 
 use crate::command_path::CommandPath;
 use crate::effects::Effects;
+use crate::measurement::Measurement;
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
-use crate::sensors::{Measurement, Sensors};
+use crate::sensors::Sensors;
 use crate::stepper::{Stepper, Tolerance};
 
 /// A simulated rig. `N` is the number of intervals that delays can reach back (line delay, position delay); it costs
@@ -45,8 +46,8 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[must_use]
     pub fn from_state(plant: Plant<R>, state: State<R>, stepper: Stepper<R>) -> Self {
         Self {
-            command_path: CommandPath::new(&plant.model.added),
-            sensors: Sensors::new(plant.model.added.position_delay.delay_s),
+            command_path: CommandPath::new(&plant.added),
+            sensors: Sensors::new(plant.added.position_delay.delay_s),
             plant,
             state,
             stepper,
@@ -86,7 +87,7 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[inline]
     #[must_use]
     pub fn measure(&self) -> Measurement<R> {
-        self.sensors.measure(&self.plant.model.added, &self.state)
+        self.sensors.measure(&self.plant.added, &self.state)
     }
 
     /// The true state.

@@ -1,6 +1,7 @@
 //! Mass flow through the valve's orifices (3.2, 3.3), and the ISO 6358 law that may replace it.
 
 pub use crate::effects::choked_flow::{Iso6358, psi};
+pub use crate::flow::Flow;
 use crate::real::Real;
 
 /// How far an orifice pair is open: `|atan(2 w)|`, and which chamber is being filled.
@@ -30,17 +31,6 @@ impl<R: Real> Opening<R> {
         let gain = (R::ONE + R::ONE) / (R::ONE + two_w * two_w);
         if self.fills_a { gain } else { -gain }
     }
-}
-
-/// A mass flow into a chamber and its partial derivatives, for the integrator's Jacobian.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Flow<R> {
-    /// Flow into the chamber, kg/s.
-    pub mass_flow: R,
-    /// Derivative by the chamber's pressure, kg/(s Pa).
-    pub by_chamber: R,
-    /// Derivative by the supply pressure, kg/(s Pa).
-    pub by_supply: R,
 }
 
 /// Conductances of the two orifices a chamber is connected to.

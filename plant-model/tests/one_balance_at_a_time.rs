@@ -35,7 +35,7 @@ fn a_true_pressure_is_what_the_sensor_showed_without_offset_and_lag() {
     }
     let plant = *simulator.plant();
     let (state, shown) = (*simulator.state(), simulator.measure());
-    let lag = plant.coefficients().added.pressure_lag;
+    let lag = plant.added().pressure_lag;
     for (side, p, sensed, shown) in [
         (Side::A, state.p_a_pa, state.p_a_sensed_pa, shown.p_a_pa),
         (Side::B, state.p_b_pa, state.p_b_sensed_pa, shown.p_b_pa),
@@ -51,7 +51,7 @@ fn a_true_pressure_is_what_the_sensor_showed_without_offset_and_lag() {
 #[test]
 fn spool_and_sensor_lag_over_an_interval_are_those_of_many_short_ones() {
     let effects = Effects::none().with(Effect::ValveLag, &[0.01]).with(Effect::PressureLag, &[0.02]);
-    let added = plant(&effects).coefficients().added;
+    let added = *plant(&effects).added();
     let (interval, steps) = (5.0e-3, 5000);
     let h = interval / f64::from(steps);
     let (mut spool, mut sum, mut sensed) = (0.2, 0.0, 3.0e5);
@@ -71,8 +71,7 @@ fn spool_and_sensor_lag_over_an_interval_are_those_of_many_short_ones() {
 
 #[test]
 fn play_follows_its_command_only_beyond_its_half_width() {
-    let hysteresis =
-        plant(&Effects::none().with(Effect::ValveHysteresis, &[0.1])).coefficients().added.valve_hysteresis;
+    let hysteresis = plant(&Effects::none().with(Effect::ValveHysteresis, &[0.1])).added().valve_hysteresis;
     for (played, command, expected) in [(0.0, 0.05, 0.0), (0.0, 0.3, 0.2), (0.2, 0.15, 0.2), (0.2, -0.3, -0.2)] {
         assert!((hysteresis.play(played, command) - expected).abs() < 1e-12, "from {played} to {command}");
     }
@@ -80,7 +79,7 @@ fn play_follows_its_command_only_beyond_its_half_width() {
 
 #[test]
 fn the_supply_settles_where_its_droop_balances_what_is_drawn() {
-    let droop = plant(&Effects::none().with(Effect::SupplyDroop, &[3.0e7, 0.1])).coefficients().added.supply_droop;
+    let droop = plant(&Effects::none().with(Effect::SupplyDroop, &[3.0e7, 0.1])).added().supply_droop;
     assert!((droop.settled_pa(7.0e5, 1.0e-3) - 6.7e5).abs() < 1e-6);
 }
 

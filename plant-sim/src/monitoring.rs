@@ -2,7 +2,7 @@
 
 use control::Parameters;
 use firmware_core::{MonitorSetup, Setup, SetupError};
-use monitor::{MonitorError, MonitorParameters};
+use monitor::MonitorParameters;
 use plant_model::{Plant, Rig};
 
 /// What the model monitor's verdict does: the board's parameter `monitor`.
@@ -31,8 +31,7 @@ pub fn setup(
     let monitor = match action {
         MonitorAction::Off => None,
         MonitorAction::Warn | MonitorAction::Trip => Some(MonitorSetup {
-            plant: Plant::without_effects(&model.convert())
-                .map_err(|error| SetupError::Monitor(MonitorError::from(error)))?,
+            plant: Plant::without_effects(&model.convert()).map_err(SetupError::Monitor)?,
             parameters: MonitorParameters::default(),
             trips: action == MonitorAction::Trip,
             output_delay_ticks,

@@ -26,6 +26,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod assembly;
 pub mod blind;
 mod case;
 mod cause;
@@ -36,6 +37,7 @@ mod foreign;
 mod friction;
 mod law;
 mod physics;
+mod reading;
 mod recording;
 mod sequences;
 mod specimen;
@@ -49,7 +51,8 @@ pub use experiment::{Demand, Experiment, Periodic, Player, Reference, Segment, W
 pub use foreign::{Foreign, ForeignParameter};
 pub use law::{Controller, Law};
 pub use physics::Physics;
+pub use reading::Reading;
 pub use recording::record;
 pub use sequences::{Family, Part, identification, identification_parts};
-pub use specimen::{Reading, STEP_S, Specimen};
+pub use specimen::{STEP_S, Specimen};
 pub use varied::varied_rig;

@@ -8,23 +8,11 @@
 use crate::effects::{self, Gas};
 use crate::friction::{plasticity, sliding_force};
 use crate::physics::Physics;
+use crate::reading::Reading;
 use std::collections::VecDeque;
 
 /// Longest integration step, s.
 pub const STEP_S: f64 = 40e-6;
-
-/// What ideal sensors show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Position, m.
-    pub y_m: f64,
-    /// Pressure in A, Pa absolute.
-    pub p_a_pa: f64,
-    /// Pressure in B, Pa absolute.
-    pub p_b_pa: f64,
-    /// Supply pressure, Pa absolute.
-    pub p_sup_pa: f64,
-}
 
 /// The state of the synthetic rig.
 #[derive(Clone, Debug)]

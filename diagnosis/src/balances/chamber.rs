@@ -97,7 +97,7 @@ pub(crate) fn innovations(
     let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa } = record.chamber(side);
     let beyond = if is_a { Side::B } else { Side::A };
     let sigma = noise_pa.max(constants::numerical_error_pa());
-    let lag = c.added.pressure_lag.time_constant_s;
+    let lag = plant.added().pressure_lag.time_constant_s;
 
     let mut out = Vec::with_capacity(drive.compression.first_half.len());
     for stretch in stretches {

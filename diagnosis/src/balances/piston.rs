@@ -123,8 +123,7 @@ pub(crate) struct Timing {
 
 impl Timing {
     pub(crate) fn of(plant: &Plant<f64>) -> Self {
-        let c = plant.coefficients();
-        Self { pressure_lag_s: c.added.pressure_lag.time_constant_s, position_delay_s: plant.position_delay_s() }
+        Self { pressure_lag_s: plant.added().pressure_lag.time_constant_s, position_delay_s: plant.position_delay_s() }
     }
 
     /// Where to read what was true when the position was that of a sample: a late one is compared with late pressures.

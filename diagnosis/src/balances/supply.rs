@@ -17,7 +17,7 @@ pub(crate) struct SupplyPressure {
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
-    let droop = c.added.supply_droop;
+    let droop = plant.added().supply_droop;
     let measured = record.available.supply;
     let mut predicted = vec![c.supply_pa; n];
     if droop.droop_pa_s_per_kg > 0.0 {

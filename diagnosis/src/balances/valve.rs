@@ -22,8 +22,8 @@ impl Path {
             dead_zone: c.dead_zone,
             max_voltage_v: c.max_voltage_v,
             line_delay_s: plant.line_delay_s(),
-            play_half_width_v: c.added.valve_hysteresis.half_width_v,
-            spool_time_constant_s: c.added.valve_lag.time_constant_s,
+            play_half_width_v: plant.added().valve_hysteresis.half_width_v,
+            spool_time_constant_s: plant.added().valve_lag.time_constant_s,
         }
     }
 }
@@ -40,7 +40,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // A log is taken to begin with the valve at mid, see `Record::valve_known_s`.
-    let (hysteresis, lag, delay_s) = (c.added.valve_hysteresis, c.added.valve_lag, plant.line_delay_s());
+    let (hysteresis, lag, delay_s) = (plant.added().valve_hysteresis, plant.added().valve_lag, plant.line_delay_s());
     let (mut played, mut spool) = (hysteresis.play(0.0, first), 0.0);
     let mut source = 0;
     let mut last = (f64::NAN, 0.0);

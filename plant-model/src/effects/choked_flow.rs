@@ -2,9 +2,9 @@ use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterI
 use super::identification::{Against, Balance, Balances, Identification, Only, Picture, StartContext};
 use super::terms::Term;
 use crate::coefficients::Coefficients;
+use crate::flow::Flow;
 use crate::real::Real;
 use crate::rig::Rig;
-use crate::valve_flow::Flow;
 use core::fmt;
 
 /// Coefficients of its term.
@@ -99,6 +99,8 @@ const VISIBLE_SCALE: f64 = 0.1;
 pub(super) struct ChokedFlow;
 
 impl Definition for ChokedFlow {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "choked-flow",
         title: "Choked valve flow",
@@ -152,10 +154,8 @@ impl Definition for ChokedFlow {
         [-R::ONE, R::ONE, R::ZERO]
     }
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        if values[0] >= R::ZERO {
-            model.added.choked_flow = Terms { law: Some((values[0], values[1])) };
-        }
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { law: (values[0] >= R::ZERO).then_some((values[0], values[1])) }
     }
 
     fn scales(_rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -1,7 +1,7 @@
-use super::Effect;
 use super::definition::{
     Definition, Info, MAX_PARAMETERS, NEGLIGIBLE_BIAS, Negligible, ParameterInfo, VISIBLE_FRICTION, one,
 };
+use super::effect::Effect;
 use super::identification::{Against, Balance, Balances, Confusion, Identification, Likeness, Only, Picture};
 use super::terms::{Force, Term};
 use crate::coefficients::Coefficients;
@@ -30,6 +30,8 @@ const VENTED: Option<&str> =
 pub(super) struct ConstantForce;
 
 impl Definition for ConstantForce {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "constant-force",
         title: "Constant force on the piston",
@@ -72,8 +74,8 @@ impl Definition for ConstantForce {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.constant_force = Terms { force_n: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { force_n: values[0] }
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -1,5 +1,5 @@
-use super::Effect;
 use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterInfo, negligible_level};
+use super::effect::Effect;
 use super::identification::{
     Against, Balance, Balances, Confusion, Identification, Image, ImageContext, Imaged, Likeness, Picture, StandsFor,
     StartContext,
@@ -27,6 +27,8 @@ fn as_factor(context: &ImageContext<'_>) -> Option<Imaged> {
 pub(super) struct CoulombFriction;
 
 impl Definition for CoulombFriction {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "coulomb-friction",
         title: "Friction level changed",

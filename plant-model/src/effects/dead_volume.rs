@@ -12,6 +12,8 @@ const VISIBLE_VOLUME: f64 = 0.2;
 pub(super) struct DeadVolume;
 
 impl Definition for DeadVolume {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "dead-volume",
         title: "Unstated dead volume",

@@ -1,13 +1,12 @@
 //! What an effect's file states: its texts and parameters, and how it changes the model.
 
+pub(crate) use super::effect::MAX_PARAMETERS;
 use super::identification::{Identification, LogQuality, StartContext};
+use super::terms::Term;
 use crate::coefficients::Coefficients;
 use crate::real::Real;
 use crate::rig::Rig;
 use core::fmt;
-
-/// The most parameters one effect has.
-pub const MAX_PARAMETERS: usize = 3;
 
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,9 +45,12 @@ pub struct Info {
 /// An effect, as its file states it. What it adds to the equations it states beside this, as a
 /// [`Term`](super::terms::Term).
 ///
-/// The first two functions are the effect on the model. The others are for its identification from a log and stay out of
+/// The first three functions are the effect on the model. The others are for its identification from a log and stay out of
 /// a program that never calls them.
 pub(crate) trait Definition {
+    /// What it adds to the equations; [`NoTerms`](super::terms::NoTerms) for an effect that only changes coefficients.
+    type Terms<R: Real>: Term<R>;
+
     /// Texts and parameters.
     const INFO: &'static Info;
     /// What its identification needs to know.
@@ -59,8 +61,13 @@ pub(crate) trait Definition {
         [R::ZERO; MAX_PARAMETERS]
     }
 
-    /// Changes the model's coefficients, or sets those of the effect's own term in `model.added`.
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>);
+    /// Changes the model's coefficients.
+    fn apply<R: Real>(_values: &[R; MAX_PARAMETERS], _model: &mut Coefficients<R>) {}
+
+    /// The coefficients of the effect's own terms.
+    fn terms<R: Real>(_values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Self::Terms<R> {
+        Self::Terms::default()
+    }
 
     /// A plainly visible change of each parameter on this rig: the unit of search steps, positive.
     fn scales(_rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

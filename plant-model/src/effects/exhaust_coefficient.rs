@@ -9,6 +9,8 @@ use core::fmt;
 pub(super) struct ExhaustCoefficient;
 
 impl Definition for ExhaustCoefficient {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "exhaust-coefficient",
         title: "Exhaust conductance changed",

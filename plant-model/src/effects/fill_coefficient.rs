@@ -1,5 +1,5 @@
-use super::Effect;
 use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
+use super::effect::Effect;
 use super::identification::{
     Against, Balance, Balances, Confusion, Identification, Image, ImageContext, Imaged, Likeness, Only, Picture,
     StandsFor,
@@ -19,6 +19,8 @@ fn less_the_other_way(context: &ImageContext<'_>) -> Option<Imaged> {
 pub(super) struct FillCoefficient;
 
 impl Definition for FillCoefficient {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "fill-coefficient",
         title: "Filling conductance changed",

@@ -27,6 +27,8 @@ impl<R: Real> Term<R> for Terms<R> {
 pub(super) struct FrictionAsymmetry;
 
 impl Definition for FrictionAsymmetry {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "friction-asymmetry",
         title: "Friction depends on direction",
@@ -53,8 +55,8 @@ impl Definition for FrictionAsymmetry {
         .only(Only::Sliding)],
     );
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.friction_asymmetry = Terms { asymmetry: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { asymmetry: values[0] }
     }
 
     fn negligible(_context: &Negligible<'_>, _scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -48,6 +48,8 @@ const START_AMPLITUDE: f64 = 0.3;
 pub(super) struct FrictionPosition;
 
 impl Definition for FrictionPosition {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "friction-position",
         title: "Friction depends on position",
@@ -100,13 +102,13 @@ impl Definition for FrictionPosition {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], model: &Coefficients<R>) -> Terms<R> {
         let mut terms = Terms { slope: values[0] / model.half_stroke_m, ..Terms::default() };
         if values[2] > R::ZERO {
             terms.amplitude = values[1];
             terms.wave_number = (R::PI + R::PI) / values[2];
         }
-        model.added.friction_position = terms;
+        terms
     }
 
     fn scales(_rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

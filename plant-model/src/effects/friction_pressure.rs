@@ -36,6 +36,8 @@ const USUAL_GAUGE_SUM_PA: f64 = 5.0e5;
 pub(super) struct FrictionPressure;
 
 impl Definition for FrictionPressure {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "friction-pressure",
         title: "Friction grows with chamber pressure",
@@ -63,8 +65,8 @@ impl Definition for FrictionPressure {
         .split(Split::Motion)],
     );
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.friction_pressure = Terms { coefficient_n_per_pa: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { coefficient_n_per_pa: values[0] }
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

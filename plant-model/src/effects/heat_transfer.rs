@@ -1,5 +1,5 @@
-use super::Effect;
 use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
+use super::effect::Effect;
 use super::identification::{Against, Balance, Balances, Confusion, Identification, Likeness, Picture};
 pub(crate) use super::terms::NoTerms as Terms;
 use crate::coefficients::Coefficients;
@@ -10,6 +10,8 @@ use core::fmt;
 pub(super) struct HeatTransfer;
 
 impl Definition for HeatTransfer {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "heat-transfer",
         title: "Heat exchange with the walls",

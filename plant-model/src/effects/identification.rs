@@ -1,6 +1,6 @@
 //! What the identification of an effect from a log has to know, as data. The method is the diagnosis' business.
 
-use super::{Effect, MAX_PARAMETERS};
+use super::effect::{Effect, MAX_PARAMETERS};
 use crate::rig::Rig;
 
 /// A balance predicts one measured signal from the others.

@@ -31,6 +31,8 @@ impl<R: Real> Term<R> for Terms<R> {
 pub(super) struct LeakChamberA;
 
 impl Definition for LeakChamberA {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "leak-chamber-a",
         title: "Leak of chamber A to atmosphere",
@@ -63,8 +65,8 @@ impl Definition for LeakChamberA {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.leak_chamber_a = Terms { conductance: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { conductance: values[0] }
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

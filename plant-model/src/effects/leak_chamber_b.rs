@@ -31,6 +31,8 @@ impl<R: Real> Term<R> for Terms<R> {
 pub(super) struct LeakChamberB;
 
 impl Definition for LeakChamberB {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "leak-chamber-b",
         title: "Leak of chamber B to atmosphere",
@@ -63,8 +65,8 @@ impl Definition for LeakChamberB {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.leak_chamber_b = Terms { conductance: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { conductance: values[0] }
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

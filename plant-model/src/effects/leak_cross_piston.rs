@@ -32,6 +32,8 @@ impl<R: Real> Term<R> for Terms<R> {
 pub(super) struct LeakCrossPiston;
 
 impl Definition for LeakCrossPiston {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "leak-cross-piston",
         title: "Leak across the piston seal",
@@ -70,8 +72,8 @@ impl Definition for LeakCrossPiston {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.leak_cross_piston = Terms { conductance: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { conductance: values[0] }
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

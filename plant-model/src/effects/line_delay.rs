@@ -17,6 +17,8 @@ impl<R: Real> Term<R> for Terms<R> {}
 pub(super) struct LineDelay;
 
 impl Definition for LineDelay {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "line-delay",
         title: "Delay in the command path",
@@ -52,8 +54,8 @@ impl Definition for LineDelay {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.line_delay = Terms { delay_s: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { delay_s: values[0] }
     }
 
     fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -8,13 +8,15 @@
 //! Effects compose: `Effects::apply` folds them into the model's coefficients in the order of [`Effect::ALL`].
 
 mod definition;
+mod effect;
 pub mod identification;
+mod list;
 pub(crate) mod terms;
 
 use crate::coefficients::Coefficients;
+use crate::measurement::Measurement;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
-use crate::sensors::Measurement;
 use core::fmt;
 use definition::Definition;
 use identification::{
@@ -22,61 +24,15 @@ use identification::{
 };
 use terms::{Chamber, Seal, Sliding, Term};
 
-pub use definition::{Info, MAX_PARAMETERS, Negligible, ParameterInfo};
+pub use definition::{Info, Negligible, ParameterInfo};
+pub use effect::{Effect, MAX_PARAMETERS};
 pub use terms::{ChamberFlow, Force, Side};
-
-/// The catalogue: hands `Name => file` of every effect to a macro, in the order in which effects are applied.
-///
-/// A crate that has something of its own to say about every effect passes a macro that declares `mod file;` and matches
-/// on `Effect::Name`: then a missing file is a compile error, and nothing has to be listed twice.
-#[macro_export]
-macro_rules! for_each_effect {
-    ($callback:ident) => {
-        $callback! {
-            ValveDeadZone => valve_dead_zone,
-            ValveLag => valve_lag,
-            ValveHysteresis => valve_hysteresis,
-            FillCoefficient => fill_coefficient,
-            ExhaustCoefficient => exhaust_coefficient,
-            ChokedFlow => choked_flow,
-            SupplyDroop => supply_droop,
-            LeakCrossPiston => leak_cross_piston,
-            LeakChamberA => leak_chamber_a,
-            LeakChamberB => leak_chamber_b,
-            LineDelay => line_delay,
-            DeadVolume => dead_volume,
-            HeatTransfer => heat_transfer,
-            PayloadMass => payload_mass,
-            ConstantForce => constant_force,
-            CoulombFriction => coulomb_friction,
-            ViscousFriction => viscous_friction,
-            StaticFriction => static_friction,
-            FrictionAsymmetry => friction_asymmetry,
-            FrictionPosition => friction_position,
-            FrictionPressure => friction_pressure,
-            PositionScale => position_scale,
-            PressureAOffset => pressure_a_offset,
-            PressureBOffset => pressure_b_offset,
-            PressureLag => pressure_lag,
-            PositionDelay => position_delay,
-        }
-    };
-}
 
 macro_rules! catalogue {
     ($($variant:ident => $module:ident),+ $(,)?) => {
         $(pub(crate) mod $module;)+
 
-        /// Every effect the model can take on.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum Effect {
-            $(#[doc = concat!("See `effects/", stringify!($module), ".rs`.")] $variant,)+
-        }
-
         impl Effect {
-            /// All effects, in the order in which they are applied to the model.
-            pub const ALL: [Self; 0 $(+ { let _ = Self::$variant; 1 })+] = [$(Self::$variant),+];
-
             /// Equation, signature, source and parameters.
             #[must_use]
             pub const fn info(self) -> &'static Info {
@@ -95,8 +51,18 @@ macro_rules! catalogue {
                 match self { $(Self::$variant => $module::$variant::neutral(rig)),+ }
             }
 
-            fn apply<R: Real>(self, values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-                match self { $(Self::$variant => $module::$variant::apply(values, model)),+ }
+            fn apply<R: Real>(
+                self,
+                values: &[R; MAX_PARAMETERS],
+                model: &mut Coefficients<R>,
+                added: &mut Added<R>,
+            ) {
+                match self {
+                    $(Self::$variant => {
+                        $module::$variant::apply(values, model);
+                        added.$module = $module::$variant::terms(values, model);
+                    }),+
+                }
             }
 
             /// A plainly visible change of each parameter from `neutral` on this rig: the unit of search steps, positive.
@@ -205,7 +171,7 @@ macro_rules! catalogue {
     };
 }
 
-for_each_effect!(catalogue);
+crate::for_each_effect!(catalogue);
 
 impl Effect {
     /// The identifier used in rig files, reports and tests.
@@ -394,10 +360,10 @@ impl<R: Real> Effects<R> {
         Ok(())
     }
 
-    pub(crate) fn apply(&self, model: &mut Coefficients<R>) {
+    pub(crate) fn apply(&self, model: &mut Coefficients<R>, added: &mut Added<R>) {
         for effect in Effect::ALL {
             if let Some(values) = &self.values[effect.index()] {
-                effect.apply(values, model);
+                effect.apply(values, model, added);
             }
         }
     }

@@ -9,6 +9,8 @@ use core::fmt;
 pub(super) struct PayloadMass;
 
 impl Definition for PayloadMass {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "payload-mass",
         title: "Moving mass other than stated",

@@ -17,6 +17,8 @@ impl<R: Real> Term<R> for Terms<R> {}
 pub(super) struct PositionDelay;
 
 impl Definition for PositionDelay {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "position-delay",
         title: "Position signal late against the pressures",
@@ -46,8 +48,8 @@ impl Definition for PositionDelay {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.position_delay = Terms { delay_s: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { delay_s: values[0] }
     }
 
     fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -2,9 +2,9 @@ use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
 use super::identification::{Against, Balance, Balances, Identification, Needs, Picture, StartContext};
 use super::terms::Term;
 use crate::coefficients::Coefficients;
+use crate::measurement::Measurement;
 use crate::real::Real;
 use crate::rig::Rig;
-use crate::sensors::Measurement;
 use core::fmt;
 
 /// Coefficients of its term.
@@ -35,6 +35,8 @@ impl<R: Real> Default for Terms<R> {
 pub(super) struct PositionScale;
 
 impl Definition for PositionScale {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "position-scale",
         title: "Position sensor gain error",
@@ -80,8 +82,8 @@ impl Definition for PositionScale {
         [R::ONE, R::ZERO, R::ZERO]
     }
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.position_scale = Terms { scale: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { scale: values[0] }
     }
 
     fn starts(context: &StartContext<'_>, begin: &mut dyn FnMut(&[f64])) {

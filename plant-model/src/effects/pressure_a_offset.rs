@@ -1,12 +1,12 @@
-use super::Effect;
 use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
+use super::effect::Effect;
 use super::identification::{
     Against, Balance, Balances, Confusion, Identification, Image, ImageContext, Imaged, Likeness, Picture,
 };
 use super::terms::{Side, Term};
 use crate::coefficients::Coefficients;
+use crate::measurement::Measurement;
 use crate::real::Real;
-use crate::sensors::Measurement;
 use core::fmt;
 
 /// Coefficients of its term.
@@ -36,6 +36,8 @@ fn on_the_other_side(context: &ImageContext<'_>) -> Option<Imaged> {
 pub(super) struct PressureAOffset;
 
 impl Definition for PressureAOffset {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "pressure-a-offset",
         title: "Pressure sensor A offset",
@@ -77,8 +79,8 @@ impl Definition for PressureAOffset {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.pressure_a_offset = Terms { offset_pa: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { offset_pa: values[0] }
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -2,8 +2,8 @@ use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
 use super::identification::{Against, Balance, Balances, Identification, Picture};
 use super::terms::{Side, Term};
 use crate::coefficients::Coefficients;
+use crate::measurement::Measurement;
 use crate::real::Real;
-use crate::sensors::Measurement;
 use core::fmt;
 
 /// Coefficients of its term.
@@ -28,6 +28,8 @@ impl<R: Real> Term<R> for Terms<R> {
 pub(super) struct PressureBOffset;
 
 impl Definition for PressureBOffset {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "pressure-b-offset",
         title: "Pressure sensor B offset",
@@ -56,8 +58,8 @@ impl Definition for PressureBOffset {
         ],
     );
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.pressure_b_offset = Terms { offset_pa: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { offset_pa: values[0] }
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -51,6 +51,8 @@ impl<R: Real> Terms<R> {
 pub(super) struct PressureLag;
 
 impl Definition for PressureLag {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "pressure-lag",
         title: "Slow pressure sensors",
@@ -82,8 +84,8 @@ impl Definition for PressureLag {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.pressure_lag = Terms { time_constant_s: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { time_constant_s: values[0] }
     }
 
     fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

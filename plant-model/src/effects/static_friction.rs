@@ -15,6 +15,8 @@ const SPACING: f64 = 1.04;
 pub(super) struct StaticFriction;
 
 impl Definition for StaticFriction {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "static-friction",
         title: "Static friction changed",

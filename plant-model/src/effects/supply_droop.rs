@@ -2,9 +2,9 @@ use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
 use super::identification::{Against, Balance, Balances, Identification, Picture, StartContext};
 use super::terms::Term;
 use crate::coefficients::Coefficients;
+use crate::flow::Flow;
 use crate::real::Real;
 use crate::rig::Rig;
-use crate::valve_flow::Flow;
 use core::fmt;
 
 /// Coefficients of its term.
@@ -60,6 +60,8 @@ const VISIBLE_S: f64 = 0.05;
 pub(super) struct SupplyDroop;
 
 impl Definition for SupplyDroop {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "supply-droop",
         title: "Supply pressure droops with flow",
@@ -111,9 +113,9 @@ impl Definition for SupplyDroop {
         [R::ZERO, R::of(0.1), R::ZERO]
     }
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
         let time_constant_s = values[1].at_least(R::of(SHORTEST_S));
-        model.added.supply_droop = Terms { droop_pa_s_per_kg: values[0], time_constant_s };
+        Terms { droop_pa_s_per_kg: values[0], time_constant_s }
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -3,8 +3,8 @@
 //! A term is called in every evaluation of the right-hand side, statically and inlined: what an effect does not add costs
 //! nothing.
 
+use crate::measurement::Measurement;
 use crate::real::Real;
-use crate::sensors::Measurement;
 use core::marker::PhantomData;
 
 /// A chamber of the cylinder.

@@ -14,6 +14,8 @@ const START_V: f64 = 0.2;
 pub(super) struct ValveDeadZone;
 
 impl Definition for ValveDeadZone {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "valve-dead-zone",
         title: "Valve dead zone other than stated",

@@ -26,6 +26,8 @@ impl<R: Real> Terms<R> {
 pub(super) struct ValveHysteresis;
 
 impl Definition for ValveHysteresis {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "valve-hysteresis",
         title: "Valve hysteresis",
@@ -66,8 +68,8 @@ impl Definition for ValveHysteresis {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.valve_hysteresis = Terms { half_width_v: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { half_width_v: values[0] }
     }
 
     fn starts(context: &StartContext<'_>, begin: &mut dyn FnMut(&[f64])) {

@@ -1,5 +1,5 @@
-use super::Effect;
 use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterInfo, negligible_time};
+use super::effect::Effect;
 use super::identification::{Against, Balance, Balances, Confusion, Identification, Likeness, Picture};
 use super::terms::Term;
 use crate::coefficients::Coefficients;
@@ -45,6 +45,8 @@ impl<R: Real> Terms<R> {
 pub(super) struct ValveLag;
 
 impl Definition for ValveLag {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "valve-lag",
         title: "Slow valve spool",
@@ -88,8 +90,8 @@ impl Definition for ValveLag {
         )
     };
 
-    fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.added.valve_lag = Terms { time_constant_s: values[0] };
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
+        Terms { time_constant_s: values[0] }
     }
 
     fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -11,6 +11,8 @@ use core::fmt;
 pub(super) struct ViscousFriction;
 
 impl Definition for ViscousFriction {
+    type Terms<R: Real> = Terms<R>;
+
     const INFO: &'static Info = &Info {
         id: "viscous-friction",
         title: "Viscous friction changed",

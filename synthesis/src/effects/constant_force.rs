@@ -1,4 +1,4 @@
-use super::{Everyday, Twin};
+use super::twin::{Everyday, Twin};
 
 pub(super) struct ConstantForce;
 

@@ -1,4 +1,4 @@
-use super::{Everyday, Rubbing, Seal, Twin};
+use super::twin::{Everyday, Rubbing, Seal, Twin};
 use rand::RngExt;
 
 pub(super) struct FrictionPosition;

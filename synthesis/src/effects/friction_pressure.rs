@@ -1,4 +1,4 @@
-use super::{Everyday, Rubbing, Seal, Twin};
+use super::twin::{Everyday, Rubbing, Seal, Twin};
 use crate::physics::Physics;
 
 pub(super) struct FrictionPressure;

@@ -1,4 +1,4 @@
-use super::{Everyday, Gas, REFERENCE_VOLUME_M3, Twin};
+use super::twin::{Everyday, Gas, REFERENCE_VOLUME_M3, Twin};
 
 pub(super) struct LeakChamberB;
 

@@ -1,5 +1,5 @@
-use super::{Everyday, Twin};
-use crate::specimen::Reading;
+use super::twin::{Everyday, Twin};
+use crate::reading::Reading;
 
 pub(super) struct PositionScale;
 

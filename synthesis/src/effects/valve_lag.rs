@@ -1,4 +1,4 @@
-use super::{Everyday, Twin};
+use super::twin::{Everyday, Twin};
 use crate::physics::Physics;
 
 pub(super) struct ValveLag;
