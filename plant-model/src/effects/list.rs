@@ -34,6 +34,7 @@ macro_rules! for_each_effect {
             PressureBOffset => pressure_b_offset,
             PressureLag => pressure_lag,
             PositionDelay => position_delay,
+            PistonArea => piston_area,
         }
     };
 }
