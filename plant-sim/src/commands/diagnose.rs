@@ -17,9 +17,9 @@ use std::time::Duration;
 /// DIR/report.html. Exit status 0 for any verdict, 2 for bad input.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
-    plant-sim synthesize --rig rigs/paper-a.toml --hidden --out out/riddle.csv\n  \
-    plant-sim diagnose --rig rigs/paper-a.toml --log out/riddle.csv --out out/riddle\n  \
-    plant-sim run --rig out/riddle/extended-rig.toml\n  \
+    plant-sim synthesize --rig rigs/paper-a.toml --hidden --out out/hidden.csv\n  \
+    plant-sim diagnose --rig rigs/paper-a.toml --log out/hidden.csv --out out/hidden\n  \
+    plant-sim run --rig out/hidden/extended-rig.toml\n  \
     plant-sim diagnose --rig examples/rigs/cylinder-vertical.toml \\\n    \
     --map examples/mappings/cylinder-vertical.toml --log examples/data/cylinder-vertical/strokes.csv --out out/vertical")]
 pub(crate) struct Arguments {

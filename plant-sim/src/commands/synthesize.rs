@@ -17,7 +17,7 @@ use synthesis::{Case, Cause, Chain, Family, Foreign, Law, Which, strength, true_
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim synthesize --rig rigs/paper-a.toml --effect leak-cross-piston:conductance_kg_per_s_pa=2e-10 --out leak.csv\n  \
     plant-sim synthesize --rig rigs/paper-c.toml --effect valve-lag --effect payload-mass --seed 3 --out two.csv\n  \
-    plant-sim synthesize --rig rigs/paper-b.toml --hidden --out riddle.csv --truth answer.toml\n\n\
+    plant-sim synthesize --rig rigs/paper-b.toml --hidden --out hidden.csv --truth answer.toml\n\n\
 An effect without values gets everyday strength, drawn from the seed. Identifiers beginning with foreign- are outside the\n\
 catalogue: a diagnosis must not name anything for them.")]
 pub(crate) struct Arguments {
