@@ -176,7 +176,7 @@ impl<'a> Residuals<'a> {
             let chamber = |errors: &[f64], sigma: f64| -> Vec<f64> {
                 let smooth = mean_around(t_s, errors, reach);
                 let growth = rate(t_s, &smooth, reach);
-                // Undoing the observer's memory turns its error back into the rate at which air goes missing.
+                // From the innovation of the observer back to the rate of pressure that the balance lacks.
                 smooth.iter().zip(&growth).map(|(e, g)| (g + e / constants::chamber_memory_s()) * sigma).collect()
             };
             let plain = |errors: &[f64], sigma: f64| -> Vec<f64> { errors.iter().map(|e| e * sigma).collect() };
