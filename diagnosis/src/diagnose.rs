@@ -1,4 +1,4 @@
-//! The diagnosis as a whole: from rig file and log to verdict, causes, gain and advice.
+//! The diagnosis as a whole: from rig file and log to verdict, causes, gain and recommended experiment.
 
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
@@ -19,7 +19,7 @@ use crate::validate::{closure, foreign_terms, hold_out, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
 
-/// Diagnoses the gap between a rig file and a log. `progress` hears what is being done.
+/// Diagnoses the gap between a rig file and a log. `progress` is called with the name of each stage.
 ///
 /// # Errors
 /// If the log allows no judgement at all. Everything less is part of the result.
@@ -72,7 +72,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let causes = effects.map(|(index, effect)| cause::cause(problem, &found, *effect, index)).collect();
     let judgement = verdict::judge(problem, &found, &balances, causes);
 
-    // What is only a lead does not become part of the rig.
+    // A lead is not proven, so it does not become part of the extended rig.
     let mut kept = found.best.hypothesis.clone();
     for lead in &judgement.leads {
         if let Some(effect) = Effect::from_id(&lead.id) {
@@ -129,7 +129,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     }
 }
 
-/// What the balances in `lacking` lack beside the fit.
+/// Terms outside the catalogue that the balances in `lacking` need in addition to the fit; `None` if there are none.
 fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<Description> {
     let extended = foreign_terms::extend(problem, fit, lacking);
     (!extended.terms.is_empty()).then(|| foreign_terms::describe(problem, &problem.held_back(), fit, extended))

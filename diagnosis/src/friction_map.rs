@@ -1,10 +1,10 @@
-//! Friction from logs with a measured force: what it depends on, judged from run to run.
+//! Friction from logs with a measured force, and on what it depends. The unit of inference is the recording.
 //!
 //! Where position, one chamber pressure and the force at the rod are measured and the motion is slow, the force balance
-//! needs no valve: `r = A (p_a - p_b) + f_ext` is friction (with the sign of the motion) plus any force that does not turn
-//! with it. Half the difference of the two directions is friction, half the sum is the rest. Recordings of the same rig at
+//! needs no valve: `r = A (p_a - p_b) + f_ext` is friction (with the sign of the motion) plus any force that keeps its
+//! sign. Half the difference of the two directions is friction, half the sum is the rest. Recordings of the same rig at
 //! several pressures are the unit of inference: what differs from one run to the next for unknown reasons (temperature,
-//! grease, sensor zero) is thousands of samples strong within a run, and still only one observation.
+//! grease, sensor zero) is the same for all samples of a run, so these count as one observation.
 
 use crate::data::smoothing::{Smoothed, parabola};
 use nalgebra::{DMatrix, DVector};
@@ -56,7 +56,7 @@ pub struct FrictionRun {
     pub speed_m_per_s: f64,
     /// Half the force loop: friction, N.
     pub friction_n: f64,
-    /// Half the sum of both directions: what does not turn with the motion, N.
+    /// Half the sum of both directions: force that keeps its sign when the motion reverses, N.
     pub bias_n: f64,
     /// Amplitude of the ripple at the common wavelength, N; 0 where there is none.
     pub ripple_n: f64,
@@ -93,7 +93,7 @@ pub struct RippleLine {
     pub holdout_gain: f64,
     /// In how many recordings the second half is predicted better with it.
     pub better_in: usize,
-    /// Whether the ripple turns its sign with the motion (friction) or keeps it (a force of the drive or the guide).
+    /// Whether the ripple changes its sign with the motion (friction) or keeps it (a force of the drive or the guide).
     pub turns_with_motion: bool,
 }
 
@@ -117,9 +117,9 @@ pub struct FrictionMap {
     pub friction_n: Finding,
     /// Growth of friction with pressure, N/Pa.
     pub pressure_n_per_pa: Finding,
-    /// Growth of friction with speed between the runs, beside that with pressure, N s/m.
+    /// Growth of friction with speed between the runs, at equal pressure, N s/m.
     pub speed_n_s_per_m: Finding,
-    /// What does not turn with the motion, mean over the runs, N.
+    /// Force that keeps its sign when the motion reverses, mean over the runs, N.
     pub bias_n: Finding,
     /// Its growth with pressure, N/Pa.
     pub bias_n_per_pa: Finding,
@@ -319,8 +319,8 @@ fn explained(run: &Run, wavelength_m: f64, turns: bool) -> f64 {
     0.5 * (a * a + b * b) * run.samples.len() as f64 / total.max(1e-30)
 }
 
-/// The line that stands out of the spectrum, and the spectrum itself. Positions of different recordings may have different
-/// zeros: only power is compared, every run has its own phase.
+/// The line that stands out of the spectrum, and the spectrum itself. Positions of different recordings may have
+/// different zeros: only power is compared, every run has its own phase.
 fn ripple(runs: &[Run]) -> (Option<RippleLine>, Vec<(f64, f64)>) {
     let range = runs.iter().map(|run| run.range_m).fold(f64::INFINITY, f64::min);
     let spacing = runs.iter().map(|run| run.spacing_m).fold(0.0, f64::max);
@@ -380,8 +380,8 @@ fn ripple(runs: &[Run]) -> (Option<RippleLine>, Vec<(f64, f64)>) {
     }
 }
 
-/// The line with its gain on second halves. The wavelength is that of all recordings together: leaving one of several out
-/// moves it by less than its resolution.
+/// The line with its gain on second halves. The wavelength is that of all recordings together: leaving one of several
+/// out moves it by less than its resolution.
 fn confirmed(mut line: RippleLine, runs: &[Run]) -> RippleLine {
     let (mut before, mut after) = (0.0, 0.0);
     for run in runs {
@@ -461,7 +461,7 @@ fn regress(values: &[f64], by: &[&[f64]]) -> Vec<Finding> {
     if n == 0 {
         return nothing;
     }
-    // Columns scaled to their size, or Pa beside ones would be singular to working precision.
+    // Columns are scaled to their size: with Pa next to ones the matrix would be singular to working precision.
     let scale: Vec<f64> =
         std::iter::once(1.0).chain(by.iter().map(|c| c.iter().fold(1e-30, |m: f64, x| m.max(x.abs())))).collect();
     let x = DMatrix::from_fn(n, k, |row, column| if column == 0 { 1.0 } else { by[column - 1][row] / scale[column] });

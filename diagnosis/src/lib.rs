@@ -1,13 +1,15 @@
 //! Names the physical causes of the gap between a plant model and measured data.
 //!
-//! The known physics stays; every effect of the catalogue (`plant_model::Effect`) is a hypothesis that is fitted to the
-//! log beside the nominal values, which are known within their tolerance only. A cause is named when it is needed, when
-//! the balance it acts on is closed with it, and when the part of the log that was held back agrees.
+//! The known physics stays. Every effect of the catalogue (`plant_model::Effect`) is a hypothesis. It is fitted to the
+//! log together with the nominal values, which are known within their tolerance only. A cause is named if the fit needs
+//! it, if the balance it acts on is closed with it, and if the part of the log that was held back confirms it.
 //!
 //! ```text
-//! log ─ record ─ balances (mass A, mass B, force, supply) ─ fit ─ search ─ verdict, ties, advice
-//!                 each predicts one channel from the others       └─ hold-out: the whole model, restarted
+//! data ─ balances (mass A, mass B, force, supply) ─ estimate ─ select ─ validate ─ explain
+//!        each predicts one channel from the others                      └─ hold-out: the whole model, restarted
 //! ```
+//!
+//! Statistics in the field's notation: `docs/diagnosis-statistics.md`. Terms: `docs/glossary.md`.
 #![forbid(unsafe_code)]
 
 mod balances;

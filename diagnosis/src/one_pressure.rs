@@ -1,17 +1,18 @@
-//! What a position and one chamber's pressure tell: the balance of forces while that chamber is vented.
+//! Diagnosis from a position and one chamber's pressure: the balance of forces while that chamber is vented.
 //!
-//! With the other chamber's pressure unknown, a driven stroke says little: whatever force is missing may be back pressure.
+//! With the other chamber's pressure unknown, a driven stroke says little: any missing force may be back pressure.
 //! While the measured chamber is at atmosphere and the other one is not driven, only weight, friction and damping act:
-//! `M y'' = -F_0 - F_c sign(v) - c v`. Coasting on and falling back have opposite friction and the same constant force, so
-//! the two together separate them. One direction alone does not. Whether the other chamber is driven nobody measured, so a
-//! force gets its name only if it is the weight of the moving mass.
+//! `M y'' = -F_0 - F_c sign(v) - c v`. Coasting on and falling back have opposite friction and the same constant force,
+//! so the two together separate them. One direction alone does not. Whether the other chamber is driven was not
+//! measured, so a force is named only if it is the weight of the moving mass.
 
 use crate::data::record::Record;
 use crate::outcome::{Cause, Diagnosis, Estimate, Evidence, LogSummary};
 use plant_model::Effect;
 use rig_files::{RigFile, Verdict};
 
-/// The measured chamber counts as vented below this part of its highest gauge pressure; what is left of it is accounted for.
+/// The measured chamber counts as vented below this part of its highest gauge pressure; what is left of it is accounted
+/// for.
 const VENTED: f64 = 0.1;
 /// Half the window, s, of the parabola that gives velocity and acceleration.
 const WINDOW_S: f64 = 0.015;
@@ -19,8 +20,8 @@ const WINDOW_S: f64 = 0.015;
 const ENDS: f64 = 0.02;
 /// Fewer coasting samples say nothing.
 const LEAST_SAMPLES: usize = 10;
-/// How far friction may differ between the directions without anyone noticing, relative: it limits what the mean of both
-/// directions can say of the force between them.
+/// Relative difference of friction between the directions that is allowed for: it adds to the standard error of the
+/// constant force, which is the mean of both directions.
 const UNNOTICED_ASYMMETRY: f64 = 0.1;
 /// Slower than this many standard errors of the velocity is rest.
 const REST_SIGMAS: f64 = 4.0;
@@ -34,7 +35,7 @@ struct Force {
     std_error_n: f64,
 }
 
-/// What one pressure and a position allow.
+/// The forces that one pressure and a position determine.
 struct OnePressure {
     /// Force while coasting away, extrapolated to standstill: constant force plus friction, N along -y.
     coasting: Option<Force>,
@@ -52,7 +53,8 @@ struct Phase {
     force_n: Vec<f64>,
 }
 
-/// Judges a log with exactly one chamber pressure and a position; `None` if there is no such pressure or no vented phase.
+/// Judges a log with exactly one chamber pressure and a position; `None` if there is no such pressure or no vented
+/// phase.
 fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
     let (pressure, sign) = match (record.available.pressure_a, record.available.pressure_b) {
         (true, false) => (&record.p_a_pa, 1.0),
@@ -61,7 +63,7 @@ fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
     };
     let atmosphere = rig.rig.supply.atmosphere_pa;
     let (area, mass) = (rig.rig.cylinder.area_m2, rig.rig.load.mass_kg);
-    // The sensor's own zero is closer to atmosphere than the rig file's idea of the weather.
+    // The sensor's lowest reading is closer to the true atmospheric pressure than the rig file's value.
     let zero = pressure.iter().copied().fold(f64::INFINITY, f64::min).max(0.9 * atmosphere).min(1.1 * atmosphere);
     let highest = pressure.iter().copied().fold(0.0, f64::max) - zero;
     let usual = record.quality.interval_s;
@@ -114,7 +116,8 @@ fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
     let slowing = mean(&phases[0].iter().map(|phase| mean(&phase.force_n)).collect::<Vec<_>>());
     let constant_force = coasting.zip(returning).map(|(up, down)| {
         let scatter = 0.5 * up.std_error_n.hypot(down.std_error_n);
-        // Two errors that no number of strokes averages out: of the way to standstill, and of friction taken to be even.
+        // Two errors that no number of strokes averages out: of the way to standstill, and of friction taken to be
+        // even.
         let extrapolation = 0.5 * (slowing - up.value_n);
         let uneven = UNNOTICED_ASYMMETRY * 0.5 * (up.value_n - down.value_n);
         Force {
@@ -187,8 +190,8 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
     let nominal = rig.effects.get(Effect::ConstantForce).map_or(0.0, |values| values[0]);
     let mut extended_rig = rig.clone();
     let mut causes = Vec::new();
-    // A small mean of two large opposite forces is as well their difference in friction, and a force that is not the weight
-    // may be the pressure of the other chamber.
+    // A small mean of two large opposite forces is as well their difference in friction, and a force that is not the
+    // weight may be the pressure of the other chamber.
     let gap = seen.constant_force.filter(|force| {
         let off = (force.value_n - nominal).abs();
         let weighs = (force.value_n.abs() - seen.weight_n).abs() < WEIGHT_SIGMAS * force.std_error_n;
@@ -220,7 +223,7 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
         .map(|effect| effect.id().to_string())
         .collect();
     let diagnosis = Diagnosis {
-        // Driven strokes stay open: what is missing there may be the pressure nobody measured.
+        // Driven strokes stay open: what is missing there may be the pressure that was not measured.
         verdict: if causes.is_empty() { Verdict::NoGap } else { Verdict::PartlyExplained },
         causes,
         calibration: Vec::new(),

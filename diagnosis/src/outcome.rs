@@ -1,4 +1,4 @@
-//! What a diagnosis says: the content of `diagnosis.json`.
+//! The result of a diagnosis: the content of `diagnosis.json`.
 
 use crate::constants;
 use crate::data::channel::Channel;
@@ -24,7 +24,7 @@ pub struct Cause {
     pub id: String,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
-    /// Identifiers this log cannot tell from the cause.
+    /// Identifiers of the effects that are tied with the cause.
     pub ties: Vec<String>,
     /// One sentence a technician understands.
     pub evidence: String,
@@ -32,7 +32,7 @@ pub struct Cause {
     pub share: f64,
 }
 
-/// A nominal value corrected as far as its stated tolerance makes likely: within a few times that.
+/// A nominal value, corrected within a few of its stated tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`.
@@ -48,20 +48,20 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// How many times its stated tolerance the value was moved by.
+    /// The correction in stated tolerances.
     #[must_use]
     pub fn tolerances(&self) -> f64 {
         (self.value - self.nominal).abs() / self.tolerance.max(f64::MIN_POSITIVE)
     }
 
-    /// Whether it was moved farther than its tolerance makes likely.
+    /// Whether the correction is too large to be likely by its tolerance.
     #[must_use]
     pub fn is_strained(&self) -> bool {
         self.tolerances() > constants::strained()
     }
 }
 
-/// How one balance stands after all.
+/// Misfit of one balance, before and after, and on what its errors depend.
 #[derive(Clone, Debug, Serialize)]
 pub struct Balance {
     /// `p_a_pa`, `p_b_pa`, `y_m` or `p_sup_pa`: the channel it predicts.
@@ -74,7 +74,7 @@ pub struct Balance {
     pub remaining_dispersion: f64,
     /// Whether nothing beyond noise remains.
     pub closed: bool,
-    /// Where its errors live: how much of them depends on what, most first.
+    /// The dependence of its errors on each quantity, strongest first.
     pub depends_on: Vec<Dependence>,
     /// The frequency at which the nominal rig errs most; `null` where the log is too broken for a spectrum.
     pub peak: Option<Peak>,
@@ -106,7 +106,7 @@ pub struct HoldOut {
     pub baseline_rmse: PerChannel,
     /// Extended rig.
     pub extended_rmse: PerChannel,
-    /// What a perfect model would show, given the sensors' noise.
+    /// The noise floor: the error that a perfect model would have, given the sensors' noise.
     pub noise_floor: PerChannel,
 }
 
@@ -117,7 +117,8 @@ impl HoldOut {
         self.worst_ratio() < constants::closed_hold_out()
     }
 
-    /// Error of the extended rig over the noise floor, in the channel where it is largest; 0 where nothing was measured.
+    /// Error of the extended rig over the noise floor, in the channel where it is largest; 0 where nothing was
+    /// measured.
     #[must_use]
     pub fn worst_ratio(&self) -> f64 {
         self.extended_rmse.over(&self.noise_floor).fold(0.0, f64::max)
@@ -136,8 +137,8 @@ pub struct Gain {
 /// How much of a balance's error depends on one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dependence {
-    /// See [`Quantity::id`]; `v_even` and `v_odd` are the parts of the dependence on velocity that are alike and opposite
-    /// in the two directions of motion.
+    /// See [`Quantity::id`]; `v_even` and `v_odd` are the parts of the dependence on velocity that are alike and
+    /// opposite in the two directions of motion.
     pub quantity: &'static str,
     /// Share of the variance of the nominal rig's errors, 0 to 1.
     pub nominal: f64,
@@ -159,7 +160,7 @@ pub struct Peak {
 /// What a balance lacks, in closed form.
 #[derive(Clone, Debug, Serialize)]
 pub struct Description {
-    /// The terms, the most telling first.
+    /// The terms, in the order found: largest gain first.
     pub terms: Vec<MissingTerm>,
     /// Share of the misfit of the balances they act on that they take away on the part of the log held back; negative
     /// where they make it worse.
@@ -171,7 +172,7 @@ pub struct Description {
 pub struct MissingTerm {
     /// The channels whose balance lacks it.
     pub channels: Vec<Channel>,
-    /// What it would be, in words.
+    /// Its physical meaning, in words.
     pub words: &'static str,
     /// The closed form, with `c` for the factor.
     pub formula: String,
@@ -181,7 +182,7 @@ pub struct MissingTerm {
     pub std_error: f64,
 }
 
-/// One prediction beside the measurement, for pictures.
+/// Predictions and measurement on the part held back, for pictures.
 #[derive(Clone, Debug, Default)]
 pub struct Overlay {
     /// Time, s.
@@ -227,7 +228,7 @@ pub struct Diagnosis {
     pub not_identifiable: Vec<String>,
     /// What to record next.
     pub next_experiment: Option<String>,
-    /// Effects that lower the misfit of a balance that stays open: descriptions, not names.
+    /// Leads: effects that lower the misfit but are not proven.
     pub leads: Vec<Cause>,
     /// What the open balances lack, in closed form, where a few terms outside the catalogue describe it.
     pub description: Option<Description>,
@@ -254,7 +255,7 @@ pub struct LogSummary {
     pub quality: Quality,
 }
 
-/// Signals for pictures: innovations of nominal and extended model beside what they may depend on.
+/// Signals for pictures: innovations of nominal and extended model, and the quantities they may depend on.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     /// Time, s, of every sample used for fitting.

@@ -10,7 +10,7 @@ use plant_model::{Plant, Rig};
 pub enum MonitorAction {
     /// There is no monitor.
     Off,
-    /// A contradiction is told; the controller runs on.
+    /// A contradiction is reported; the controller runs on.
     Warn,
     /// A contradiction leads to the safe state, as on the board by default.
     #[default]

@@ -1,4 +1,4 @@
-//! Forces and flows beside those of the model.
+//! Forces and flows that terms outside the catalogue add to those of the model.
 
 /// What the terms of a hypothesis add to the balances, by sample; empty for nothing.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,7 @@ use crate::data::record::{ChamberSignals, Record};
 use crate::data::split::Stretch;
 use plant_model::{ChamberFlow, Plant, Side};
 
-/// What the motion's effect on a chamber's air depends on beside the log.
+/// The parameters that the effect of the motion on a chamber's air depends on.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Geometry {
     volume_0_m3: f64,
@@ -35,10 +35,11 @@ impl Geometry {
     }
 }
 
-/// What happens to a chamber's air from each sample of some stretches to the next, as far as it does not depend on the
-/// pressure. The last of a stretch leads nowhere.
+/// The polytropic compression of a chamber's air from each sample of some stretches to the next, as factors that do not
+/// depend on the pressure. The entry of a stretch's last sample is not used.
 pub(crate) struct Compression {
-    /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the halves.
+    /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the
+    /// halves.
     first_half: Vec<f64>,
     /// The same over the second half.
     second_half: Vec<f64>,
@@ -72,7 +73,7 @@ pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, str
     out
 }
 
-/// What drives the chamber's pressure, by sample of the log but for the compression.
+/// The inputs of the chamber's balance, one value per sample of the log; the compression has its own order.
 pub(crate) struct Drive<'a> {
     /// What the piston's motion does in the stretches at hand.
     pub(crate) compression: &'a Compression,
@@ -80,7 +81,7 @@ pub(crate) struct Drive<'a> {
     pub(crate) openings: &'a [f64],
     /// Supply pressure at the valve, Pa.
     pub(crate) supply_pa: &'a [f64],
-    /// Mass flow into the chamber beside the model's, kg/s; empty for none.
+    /// Mass flow into the chamber in addition to the model's, kg/s; empty for none.
     pub(crate) added_kg_per_s: &'a [f64],
 }
 
@@ -115,8 +116,8 @@ pub(crate) fn innovations(
                 break;
             }
             let dt = record.interval_s(k);
-            // Once settled, the start is known as well as an average over what was seen since: the gain falls like one
-            // over time, as a Kalman filter's would, down to that of the long memory.
+            // After settling, the pressure is known as well as an average over the time since then. So the gain falls
+            // with one over that time, as a Kalman filter's would, down to the stationary gain.
             let since = record.t_s[k] - settled;
             let memory = if since < 0.0 {
                 constants::chamber_settling_memory_s()

@@ -6,9 +6,10 @@
 //! | force | position | both pressures, external force | mechanics only: the dead zone never shows here |
 //! | supply | supply pressure | command, pressures | the air source |
 //!
-//! Every prediction runs as an observer: it is drawn towards the measurement with a time constant that balances sensor
-//! noise against what accumulates in the prediction, so its errors (innovations) are white where the physics is right,
-//! and no horizon has to be chosen for the fit.
+//! Every prediction runs as an observer, a predictor in innovations form (Ljung 1999): a gain, the same for all
+//! hypotheses, corrects it towards the measurement. The gain balances sensor noise against the error that a prediction
+//! accumulates. So the innovations are white where the physics is right, and no prediction horizon has to be chosen for
+//! the fit.
 
 pub(crate) mod added;
 pub(crate) mod chamber;

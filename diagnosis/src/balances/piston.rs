@@ -15,8 +15,8 @@ fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
 
 /// Prediction errors of the position in units of its noise.
 ///
-/// `forces` are those within the stretches; `added_n` is a force beside the model's, by sample, opposing positive motion;
-/// empty for none.
+/// `forces` are those within the stretches. `added_n` is a force in addition to the model's, one value per sample, that
+/// opposes positive motion; empty for none.
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
@@ -28,7 +28,7 @@ pub(crate) fn innovations(
     let omega = record.observer_rad_per_s;
     let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let timing = Timing::of(plant);
-    // Differences of readings are told from readings.
+    // Subtracted to turn a difference of shown positions into one of true positions.
     let zero = plant.true_position_m(0.0);
     let mut out = Vec::with_capacity(forces.p_a_pa.len());
     for stretch in stretches {
@@ -44,7 +44,7 @@ pub(crate) fn innovations(
         let settled = record.t_s[stretch.start] + constants::piston_settling_s();
         let mut force = driving(stretch, stretch.start);
         let mut piston = Piston::start(record, plant, &force, stretch.start);
-        // After breaking away before the real one did, the piston waits for it.
+        // A prediction that breaks away before the real piston waits until that one moves.
         let mut waits = false;
         for k in stretch.range() {
             if record.at_end[k] {
@@ -57,7 +57,7 @@ pub(crate) fn innovations(
                 continue;
             }
             let error = record.y_m[k] - plant.shown_position_m(piston.y);
-            // In the true position.
+            // The same error as a true distance.
             let behind = plant.true_position_m(error) - zero;
             out.push(if record.t_s[k] >= settled { error * inverse_sigma } else { f64::NAN });
             if k + 1 == stretch.end {
@@ -75,14 +75,14 @@ pub(crate) fn innovations(
                 }
                 continue;
             }
-            // Kicks of noise would shake resting bristles loose before their time.
+            // Not at rest: corrections by noise would make the bristles of a resting piston break away too early.
             if piston.v.abs() > at_rest || measured_v.abs() > at_rest {
                 piston.v += behind * omega * w;
             }
             let next = driving(stretch, k + 1);
             if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(piston.v, measured_v, at_rest) {
-                // The piston broke away or came to rest at another time than predicted. That has been penalised_cost, and is
-                // penalised_cost once; what follows is predicted from how it really moves.
+                // The piston broke away or came to rest at another time than predicted. The innovations so far have
+                // counted that once; the prediction goes on from the measured motion.
                 piston = Piston::start(record, plant, &next, k + 1);
                 waits = measured_v.abs() < at_rest;
                 force = next;
@@ -114,7 +114,7 @@ impl Driving {
     }
 }
 
-/// What the sensors' lags make of the measured pressures.
+/// Lag and delay of the sensors, by which pressures and position are brought to the same time.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Timing {
     pressure_lag_s: f64,
@@ -126,7 +126,8 @@ impl Timing {
         Self { pressure_lag_s: plant.added().pressure_lag.time_constant_s, position_delay_s: plant.position_delay_s() }
     }
 
-    /// Where to read what was true when the position was that of a sample: a late one is compared with late pressures.
+    /// The moment at which the position of a sample was true: a delayed position belongs to earlier pressures. `None`
+    /// without a delay.
     fn moment(&self, record: &Record, stretch: &Stretch, k: usize) -> Option<Moment> {
         (self.position_delay_s > 0.0).then(|| record.moment(k, -self.position_delay_s, stretch.range()))
     }
@@ -140,7 +141,7 @@ pub(crate) struct Forces {
     external_n: Vec<f64>,
 }
 
-/// The pressures as the sensors' model says, and the measured force, within some stretches.
+/// The measured pressures with the sensor's lag undone, and the measured force, within some stretches.
 pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) -> Forces {
     let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
     let measured = if record.available.force { count } else { 0 };
@@ -181,7 +182,8 @@ struct Piston {
 }
 
 impl Piston {
-    /// The state at a sample to start from: moving pistons have their bristles fully bent, resting ones hold the force.
+    /// The initial state at a sample: the bristles of a moving piston are fully bent, those of a resting one hold the
+    /// force.
     fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
         let c = plant.coefficients();
         let v = plant.true_position_m(record.motion.slope[k]) - plant.true_position_m(0.0);
@@ -304,8 +306,9 @@ impl Piston {
     }
 }
 
-/// Whether the piston moves for long enough that its mechanics can be judged. A resting one answers the noise of the
-/// measured pressures in the model and stands still in truth: what suppresses that noise would look like a cause.
+/// Whether the piston moves for long enough that its mechanics can be judged. A piston at rest does not follow the
+/// noise of the measured pressures, but its prediction does: an effect that suppresses this noise would look like a
+/// cause.
 pub(crate) fn moves(record: &Record) -> bool {
     let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let moving = record.motion.slope.iter().filter(|v| v.abs() > at_rest).count();

@@ -1,4 +1,5 @@
-//! Signals that many hypotheses share: each is computed once for all that agree in what it depends on.
+//! Intermediate signals that many hypotheses share: each is computed once for all hypotheses with equal parameters of
+//! it.
 
 use super::chamber::{Compression, Geometry};
 use super::piston::{Forces, Timing};

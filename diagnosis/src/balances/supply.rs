@@ -1,4 +1,4 @@
-//! The supply pressure at the valve: as measured, else nominal, else drooping with the flow drawn.
+//! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
 use crate::data::record::Record;
 use crate::data::split::Stretch;
@@ -7,13 +7,13 @@ use plant_model::{Plant, Side};
 
 /// Supply pressure by sample, Pa absolute.
 pub(crate) struct SupplyPressure {
-    /// What the chambers see: measured where it was measured.
+    /// What the chambers are fed with: the smoothed measurement if there is one, else the prediction.
     pub(crate) at_valve: Vec<f64>,
-    /// What the model says of it.
+    /// The model's prediction.
     pub(crate) predicted: Vec<f64>,
 }
 
-/// The flow drawn is computed with the chamber pressures as measured.
+/// Supply pressure at every sample. The flow drawn is computed with the chamber pressures as measured.
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
@@ -23,7 +23,8 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
     if droop.droop_pa_s_per_kg > 0.0 {
         let mut p = c.supply_pa;
         for k in 0..n {
-            // What happened before the log, or while it was interrupted, shows in what was measured then.
+            // At the beginning and after an interruption the droop is unknown: the prediction starts from the
+            // measurement, if any.
             let anew = k == 0 || interrupted(&record.t_s, k, record.quality.interval_s);
             if let Some(sensed) = record.p_sup_smooth.value.get(k).filter(|_| anew) {
                 p = *sensed;

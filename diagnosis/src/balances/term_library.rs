@@ -1,7 +1,7 @@
-//! Physical terms the catalogue has no name for: what a balance may lack, each known up to one factor.
+//! Closed-form terms outside the catalogue: what a balance may lack, each known up to one factor.
 //!
-//! A term is a signal made from what was measured. It is added to a balance like a cause, but it is only ever a
-//! description: where the gap sits and on what it depends.
+//! A term is a signal computed from the measured ones. It is added to a balance like a cause, but it only describes: in
+//! which balance the gap is, and on what it depends.
 
 use super::added::Added;
 use super::valve;
@@ -12,7 +12,7 @@ use plant_model::valve_flow::Flow;
 
 /// A term with its signal at a factor of one, by sample; empty where it does not act.
 pub(crate) struct Term {
-    /// What it would be, in words.
+    /// Its physical meaning, in words.
     pub(crate) words: &'static str,
     /// The closed form, with `c` for the factor.
     pub(crate) formula: String,

@@ -5,7 +5,7 @@ use plant_model::Plant;
 use plant_model::dead_zone::DeadZone;
 use plant_model::valve_flow::Opening;
 
-/// What the openings depend on beside the log.
+/// The parameters that the openings depend on.
 #[derive(PartialEq)]
 pub(crate) struct Path {
     dead_zone: DeadZone<f64>,
@@ -28,7 +28,7 @@ impl Path {
     }
 }
 
-/// Signed opening `atan(2 w)` in rad, averaged over the interval behind each sample; positive fills A.
+/// Signed opening `atan(2 w)` in rad, averaged over the interval after each sample; positive fills A.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     let c = plant.coefficients();
     let (t, u) = (&record.t_s, &record.u_v);
@@ -39,7 +39,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
         if opening.fills_a { opening.magnitude } else { -opening.magnitude }
     };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
-    // A log is taken to begin with the valve at mid, see `Record::valve_known_s`.
+    // The valve is assumed at mid when the log begins; until `Record::valve_known_s` the air does not count.
     let (hysteresis, lag, delay_s) = (plant.added().valve_hysteresis, plant.added().valve_lag, plant.line_delay_s());
     let (mut played, mut spool) = (hysteresis.play(0.0, first), 0.0);
     let mut source = 0;

@@ -11,7 +11,7 @@ pub enum Channel {
     PressureB,
     /// Position: the force balance of the piston.
     Position,
-    /// Supply pressure: the air source.
+    /// Supply pressure: the balance of the air source.
     Supply,
 }
 

@@ -1,5 +1,5 @@
-//! Samples that a balance must not be judged by: end stops, sensors at their limit, chambers too small, and the beginning
-//! of a log, before which nobody knows what the valve did.
+//! Samples that do not count in a balance: at end stops, at a sensor's limit, in a chamber too small, and at the
+//! beginning of a log, where the state of the valve is not known yet.
 
 use super::noise::ChannelNoise;
 use super::record::Record;
@@ -8,12 +8,12 @@ use core::ops::Range;
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
 use rig_files::RigFile;
 
-/// A reading that repeats the log's lowest or highest value often enough in a row is at the sensor's limit, if noise would
-/// else have moved it.
+/// When a reading counts as clipped: it repeats the log's lowest or highest value so often in a row, although the noise
+/// is large enough to change it.
 struct Railed {
     /// Samples in a row.
     in_a_row: usize,
-    /// Least noise, in smallest steps.
+    /// Least standard deviation of the noise, in quantisation steps.
     moved_by: f64,
 }
 
@@ -39,12 +39,12 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let half = 0.5 * rig.rig.cylinder.stroke_m;
     let [low, high] = rig.io.position_range_m;
     let margin = 5.0 * record.quality.position.standard_deviation;
-    // A sensor of another scale reads the ends of the stroke elsewhere.
+    // A sensor of another scale shows the end stops at other positions than the rig file.
     let [lower, upper] = record.end_stops_m;
     let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
     let lasting = (constants::end_stop_settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
     let ends: Vec<usize> = (0..record.len()).filter(|&k| record.y_m[k] <= low || record.y_m[k] >= high).collect();
-    // A log of positions that never come near the middle has another zero than the rig file; then no end is known.
+    // If most samples seem to be at an end, the log has another zero than the rig file; then no end stop is known.
     if ends.len() * 2 > record.len() {
         return out;
     }
@@ -55,8 +55,9 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     out
 }
 
-/// A log may begin in the middle of things: where in its play the valve's spool stands shows once the command has gone
-/// through it, and how far the supply has drooped before is forgotten in a while.
+/// Time from which on the log determines the state of valve and supply, s. A log may begin while the rig is at work:
+/// the spool's place within its hysteresis is known once the command has passed through it, and a droop of the supply
+/// from before the log decays.
 pub(crate) fn valve_known_s(record: &Record) -> f64 {
     let (Some(&first), Some(&last)) = (record.t_s.first(), record.t_s.last()) else { return 0.0 };
     let (mut low, mut high) = (f64::MAX, f64::MIN);
@@ -68,7 +69,8 @@ pub(crate) fn valve_known_s(record: &Record) -> f64 {
     first + through_s.max(constants::past_forgotten_s()).min(constants::longest_unknown_past() * (last - first))
 }
 
-/// Where the end stops read: a piston at rest against a force that would move it anywhere else.
+/// Positions shown at the lower and upper end stop, m: where the piston rests against a force that friction cannot
+/// hold. `None` where it never does.
 pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
     let half = 0.5 * rig.cylinder.stroke_m;
     let enough_n = constants::leaning() * rig.friction.static_n.max(rig.friction.coulomb_n);
@@ -90,12 +92,14 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
     })
 }
 
-/// Position noise changes the computed volumes: near the end of a stroke that is more than the pressure noise.
+/// Weight of each sample of both chamber pressures, 1/Pa: one over the standard deviation of a perfect model's error.
+/// Position noise counts because it changes the computed volume; near the end of a stroke that is more than the
+/// pressure noise.
 pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let rig = &file.rig;
     let c = &rig.cylinder;
     let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * c.stroke_m;
-    // Variance of a parabola's value at its middle; what is left is alike over a bundle of samples.
+    // Variance of a local parabola's value at its centre. The remaining error is correlated over neighbouring samples.
     let left = 2.25 / (2 * constants::volume_reach() + 1) as f64 * constants::samples_alike();
     let position = record.quality.position.standard_deviation * left.sqrt();
     let half = 0.5 * c.stroke_m;
@@ -113,7 +117,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
     let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2, "cylinder.volume_a0_m3");
     let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2, "cylinder.volume_b0_m3");
-    // Where the piston is at the position sensor's limit, how large the chambers are is unknown.
+    // Where the position is clipped, the volumes of the chambers are unknown.
     for railed in railed(&record.y_m, quality.position, &Railed::position()) {
         for weight in [&mut weight_a, &mut weight_b] {
             blank(weight, &railed);
@@ -129,7 +133,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     [weight_a, weight_b]
 }
 
-/// Samples at which a signal is at its sensor's limit: what it would have been is unknown there.
+/// Runs of samples at which a signal is clipped at its sensor's limit.
 fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<usize>> {
     if noise.standard_deviation < at_limit.moved_by * noise.resolution {
         return Vec::new();
@@ -146,7 +150,7 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
     runs.filter(|(run, x)| run.len() >= at_limit.in_a_row && (*x == low || *x == high)).map(|(run, _)| run).collect()
 }
 
-/// Takes the weight from some samples, and from those to which smoothing spreads what is unknown there.
+/// Sets the weight of clipped samples to zero, and that of neighbours whose smoothed values depend on them.
 fn blank(weight: &mut [f64], railed: &Range<usize>) {
     let unknown = around(railed, constants::volume_reach(), weight.len());
     if let Some(part) = weight.get_mut(unknown) {

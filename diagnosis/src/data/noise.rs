@@ -1,4 +1,4 @@
-//! What the log itself says of its sensors: noise, quantisation, sampling.
+//! Noise and resolution of the sensors, estimated from the log itself.
 
 use serde::Serialize;
 

@@ -1,5 +1,5 @@
-//! From the log's columns to a record: usable samples, uninterrupted stretches, the part held back, noise levels, smoothed
-//! signals, masks.
+//! From the log's columns to a record: usable samples, uninterrupted stretches, the part held back, noise levels,
+//! smoothed signals, masks.
 
 use super::masks;
 use super::noise::{self, ChannelNoise};
@@ -101,7 +101,7 @@ fn smooth(record: &mut Record) {
     };
     let (y_smooth, motion) =
         (smoothed(&record.y_m, constants::volume_reach()), smoothed(&record.y_m, constants::velocity_reach()));
-    // The slope is that of the smoothed pressure itself: p + tau p' then undoes a lag without a bias of its own.
+    // The slope is the derivative of the smoothed pressure itself, so that p + tau p' undoes a lag without a bias.
     let twice = |signal: &[f64]| {
         let value = smoothed(&smoothed(signal, constants::pressure_reach()).value, constants::pressure_reach()).value;
         let slope = pieces.iter().flat_map(|piece| slopes(&record.t_s, &value, piece.clone())).collect();
@@ -114,8 +114,9 @@ fn smooth(record: &mut Record) {
         (y_smooth, motion, p_a, p_b, p_sup);
 }
 
-/// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute alike on the rig as stated. It
-/// is the same for all models, or one with a larger mass would follow the measurement less and seem noisier.
+/// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute equally, for the rig as its
+/// file states it. It is the same for all hypotheses: otherwise one with a larger mass would follow the measurement
+/// less and seem noisier.
 fn bandwidth_rad_per_s(quality: &Quality, rig: &RigFile) -> f64 {
     let mass_kg = Plant::new(&rig.rig, &rig.effects).map_or(rig.rig.load.mass_kg, |plant| plant.coefficients().mass_kg);
     let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);

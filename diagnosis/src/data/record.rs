@@ -1,4 +1,4 @@
-//! A log made ready for the balances: what `prepare` makes of it, and what everything behind it reads.
+//! The prepared log: made by `prepare`, read by all later stages.
 
 use super::quality::{Available, Quality};
 use super::smoothing::Smoothed;
@@ -42,11 +42,11 @@ pub(crate) struct Record {
     pub(crate) end_stops_m: [Option<f64>; 2],
     /// Whether the piston may touch an end stop, or a sensor its limit: there the force balance is open.
     pub(crate) at_end: Vec<bool>,
-    /// Time from which on the valve and the air supply are where the log alone has taken them, s.
+    /// Time from which on the log determines the state of valve and supply, s.
     pub(crate) valve_known_s: f64,
     /// Bandwidth of the position observer, rad/s.
     pub(crate) observer_rad_per_s: f64,
-    /// One over the standard deviation of what a perfect prediction of p_a would miss, 1/Pa.
+    /// One over the standard deviation of the error that a perfect prediction of p_a would have, 1/Pa.
     pub(crate) weight_a_per_pa: Vec<f64>,
     /// The same for p_b.
     pub(crate) weight_b_per_pa: Vec<f64>,
@@ -66,7 +66,7 @@ pub(crate) struct ChamberSignals<'a> {
     pub(crate) smooth: &'a Smoothed,
     /// Of the other chamber; empty if not measured.
     pub(crate) other: &'a Smoothed,
-    /// One over the standard deviation of what a perfect prediction would miss, 1/Pa.
+    /// One over the standard deviation of the error that a perfect prediction would have, 1/Pa.
     pub(crate) weight_per_pa: &'a [f64],
     /// Standard deviation of the sensor's noise, Pa.
     pub(crate) noise_pa: f64,

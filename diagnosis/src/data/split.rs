@@ -23,8 +23,8 @@ pub(crate) fn interrupted(t_s: &[f64], k: usize, usual_s: f64) -> bool {
     k > 0 && k < t_s.len() && t_s[k] - t_s[k - 1] > constants::interruption() * usual_s
 }
 
-/// Cuts the samples at interruptions and where the part held back begins or ends. Writes what it learns of the sampling
-/// into `quality`.
+/// Cuts the samples at interruptions and where the part held back begins or ends. Writes interval, jitter and number of
+/// interruptions into `quality`.
 pub(crate) fn stretches(t_s: &[f64], quality: &mut Quality) -> Vec<Stretch> {
     let mut out = Vec::new();
     let mut intervals: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();

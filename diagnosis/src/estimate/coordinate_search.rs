@@ -1,4 +1,5 @@
-//! Parameters whose cost is rugged: a slope says little about what lies a few steps away.
+//! Coordinate search and profile likelihood for parameters with a non-smooth cost, where a derivative says little about
+//! the cost a few steps away.
 
 use super::problem::{Fit, Problem};
 use crate::constants;
@@ -7,10 +8,10 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
 use rayon::prelude::*;
 
-/// Nominal values whose cost is rugged.
+/// Nominal values with a non-smooth cost.
 const NON_SMOOTH_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
 
-/// Whether a parameter's cost is rugged.
+/// Whether the cost is non-smooth in a parameter.
 fn is_non_smooth(parameter: &Parameter) -> bool {
     match parameter.slot {
         // Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
@@ -21,8 +22,8 @@ fn is_non_smooth(parameter: &Parameter) -> bool {
 }
 
 impl Problem<'_> {
-    /// Looks beside the solution along parameters whose cost is rugged, where a slope says little about what lies a few
-    /// steps away; `None` if nothing better is there.
+    /// Coordinate search around a solution, over the parameters with a non-smooth cost that act on `changed` channels.
+    /// `None` if it finds nothing of lower cost.
     pub(crate) fn coordinate_search(&self, fit: &Fit, changed: Channels) -> Option<Hypothesis> {
         let h = &fit.hypothesis;
         let mut values = h.values.clone();
@@ -54,8 +55,9 @@ impl Problem<'_> {
         found.then(|| Hypothesis { values, ..h.clone() })
     }
 
-    /// Half the distance from the solution beyond which the cost of a rugged parameter stays risen on both sides: its
-    /// standard error as the cost itself shows it. `None` for a parameter whose curvature can be trusted.
+    /// Standard error of a parameter with a non-smooth cost, from its likelihood profile: half the distance beyond
+    /// which the cost has risen on both sides. The other parameters stay fixed. `None` where the curvature can be
+    /// trusted.
     pub(crate) fn width(&self, fit: &Fit, index: usize) -> Option<f64> {
         let h = &fit.hypothesis;
         let parameter = &h.parameters[index];

@@ -7,7 +7,7 @@ use crate::constants;
 use nalgebra::{DMatrix, DVector};
 
 impl Problem<'_> {
-    /// Adds standard errors to a fit: the inverse normal matrix with the errors' own correlation in time.
+    /// Adds the parameters' covariance to a fit, by the sandwich estimator (White 1980) with correlated errors.
     pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
         let hypothesis = &fit.hypothesis;
         let values = hypothesis.values.clone();
@@ -15,7 +15,7 @@ impl Problem<'_> {
         let references: Vec<&Residuals> = columns.iter().collect();
         let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
         let n = columns.len();
-        // Sandwich estimate: scores summed over blocks of time, so that correlated errors count as such.
+        // The middle of the sandwich: scores summed over blocks of half a second, so that correlated errors add up.
         let per_block =
             (0.5 / (self.record.quality.interval_s * constants::averaged() as f64)).ceil().max(1.0) as usize;
         let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);

@@ -9,8 +9,9 @@ use crate::model::parameter::Slot;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Steps of the difference quotients, in scales of a parameter. The cost of the force balance is not smooth; that of the air
-/// is, and directions that nearly cancel show only with small steps.
+/// Steps of the difference quotients, in scales of a parameter. The force balance is not smooth and needs large steps.
+/// The balances of the air are smooth; where parameters nearly compensate each other, only small steps are accurate
+/// enough.
 pub(crate) struct DifferenceStep {
     pub(crate) rough: f64,
     pub(crate) smooth: f64,
@@ -79,7 +80,7 @@ impl Problem<'_> {
         out
     }
 
-    /// The slopes at a fit.
+    /// The Jacobian at a fit; `None` if its values contradict each other.
     pub(crate) fn jacobian(&self, fit: &Fit) -> Option<Jacobian> {
         let h = &fit.hypothesis;
         let base = self.evaluate(h, &h.values, self.judgeable)?;
@@ -88,7 +89,8 @@ impl Problem<'_> {
         Some(Jacobian { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
 
-    /// Normal matrix and gradient in units of the parameters' scales; `known` is that of the first columns.
+    /// Normal matrix and gradient in units of the parameters' scales. `known` is what was computed before for the first
+    /// columns.
     pub(crate) fn normal(
         &self,
         hypothesis: &Hypothesis,

@@ -3,23 +3,23 @@
 use crate::balances::observers::Innovations;
 use crate::constants;
 
-/// Mean robust cost of one bundled, unit-variance, normal innovation.
+/// Mean loss of one averaged innovation that is normal with unit variance.
 pub(crate) const COST_OF_NOISE: f64 = 0.466;
 
-/// Bundled innovations of one evaluation, with the channel offsets.
+/// Averaged innovations of one evaluation, by channel.
 #[derive(Clone, Default)]
 pub(crate) struct Residuals {
     pub(crate) channels: [Vec<f64>; 4],
 }
 
-/// Averages neighbours.
+/// Averages groups of `constants::averaged` neighbours, scaled so that white noise keeps unit variance.
 pub(crate) fn average_neighbours(innovations: &Innovations) -> Residuals {
     let mut out = Residuals::default();
     let root = (constants::averaged() as f64).sqrt();
     for (to, from) in out.channels.iter_mut().zip(&innovations.channels) {
         to.extend(from.chunks(constants::averaged()).map(|chunk| {
             let sum: f64 = chunk.iter().sum();
-            // A NaN anywhere in the bundle leaves it out: it counts as no deviation for every model alike.
+            // A group with a NaN counts as zero error, for every hypothesis alike.
             if sum.is_nan() || chunk.len() < constants::averaged() { 0.0 } else { sum / root }
         }));
     }

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 impl Problem<'_> {
-    /// Judges a hypothesis as it is.
+    /// The cost of a hypothesis at its present values, without a step.
     pub(crate) fn evaluate_as_is(&self, hypothesis: Hypothesis) -> Option<Fit> {
         self.refit(hypothesis, 0, 0)
     }
@@ -21,7 +21,8 @@ impl Problem<'_> {
         self.fit_and_search(hypothesis, self.judgeable, iterations, f64::INFINITY)
     }
 
-    /// [`Problem::refit`], and a look beside the solution on rugged scoring, unless that could not take it to `goal`.
+    /// [`Problem::refit`], followed by rounds of coordinate search over the parameters with a non-smooth cost. A round
+    /// is left out if its largest likely gain would not bring the cost below `goal`.
     pub(crate) fn fit_and_search(
         &self,
         hypothesis: Hypothesis,
@@ -41,14 +42,14 @@ impl Problem<'_> {
         Some(fit)
     }
 
-    /// Fits the parameters that matter after something changed in some channels, by Levenberg-Marquardt steps from the
-    /// hypothesis' values; those of channels that no parameter ties to the changed ones stay where an earlier fit left
-    /// them.
+    /// Fits a hypothesis from its values by Levenberg-Marquardt steps, after something `changed` in some channels. Free
+    /// are the parameters of these channels and of those that shared parameters connect with them; all others keep
+    /// their values.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
         self.levenberg_marquardt(hypothesis, changed, iterations, f64::INFINITY, None)
     }
 
-    /// The first steps of a fit from the neighbourhood of another, with that one's slopes wherever there are any.
+    /// The first steps of a fit close to another one, whose derivatives are used for the parameters that both have.
     pub(crate) fn first_steps(
         &self,
         hypothesis: Hypothesis,
@@ -72,12 +73,13 @@ impl Problem<'_> {
         let reached = reached(&hypothesis.parameters, changed);
         let free = |p: &Parameter| p.channels & reached != 0;
         let mut cost = self.total(&residuals, &hypothesis, &values);
-        // Priors are many decades weaker than data where the two do not compete; damping must stay below both.
+        // The curvature of a prior can be many decades below that of the data; damping must stay below both.
         let mut damping = 1.0e-7;
         let known: Vec<Option<&Residuals>> =
             hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
-        // After a small step the columns of nominal values serve once more. Only a step with all columns new ends a fit.
+        // A column costs a run through the log. So after a small step the columns of nominal values are used once more;
+        // only a step with all columns new ends a fit.
         let mut all_new = true;
         let mut hopeless = 0;
         let noise = self.noise_cost(self.judgeable);
@@ -155,7 +157,7 @@ impl Problem<'_> {
     }
 }
 
-/// The channels that a change in some of them reaches through parameters that act on several.
+/// The channels connected with the changed ones through parameters that act on several channels.
 fn reached(parameters: &[Parameter], changed: Channels) -> Channels {
     let mut out = changed;
     loop {
@@ -191,8 +193,8 @@ fn solve(matrix: &DMatrix<f64>, gradient: &DVector<f64>, held: &[usize], damping
     damped.cholesky().map(|c| -c.solve(&gradient))
 }
 
-/// The values after a step given in scales, kept within bounds. What is positive by nature moves by factors: where lengths,
-/// volumes, flows and masses can all change in step, that way is straight.
+/// The values after a step given in scales, kept within bounds. Positive quantities move by factors: lengths, volumes,
+/// flows and masses that change in proportion then lie on a straight line.
 fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec<f64> {
     let moved = |(i, (p, v)): (usize, (&Parameter, &f64))| {
         let by = step[i].clamp(-8.0, 8.0) * p.scale;

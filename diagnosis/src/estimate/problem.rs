@@ -1,4 +1,4 @@
-//! The data that fits are judged on, and what a hypothesis costs there.
+//! The data of a fit, and the cost of a hypothesis on them: minus the log-posterior up to a constant.
 
 use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
 use crate::balances::observers::{self, Innovations};
@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use plant_model::Effect;
 use rig_files::RigFile;
 
-/// The data a fit is judged on.
+/// The data of a fit, with everything that is the same for all hypotheses.
 pub(crate) struct Problem<'a> {
     pub(crate) rig: &'a RigFile,
     pub(crate) record: &'a Record,
@@ -23,11 +23,12 @@ pub(crate) struct Problem<'a> {
     pub(crate) judgeable: Channels,
     /// The nominal values that are corrected.
     pub(crate) nominal: &'a [Parameter],
-    /// Signals computed already.
+    /// Intermediate signals, shared between hypotheses.
     pub(crate) signals: &'a Signals,
     /// The library of terms outside the catalogue.
     pub(crate) terms: &'a [Term],
-    /// Divides the cost of each channel: how much more than white noise its innovations vary at best.
+    /// Long-run variance of each channel's innovations at the best fit so far, 1 for white noise. Divides the channel's
+    /// cost.
     pub(crate) dispersion: [f64; 4],
 }
 
@@ -35,11 +36,11 @@ pub(crate) struct Problem<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
     pub(crate) hypothesis: Hypothesis,
-    /// Half the robust sum of squares, per channel, in units of the noise, dispersion not included.
+    /// Sum of the robust loss per channel, before division by the dispersion.
     pub(crate) channel_cost: [f64; 4],
-    /// Half the squared deviations of nominal values in units of their tolerance.
+    /// Minus the log-prior: half the squared deviations of nominal values in tolerances.
     pub(crate) prior_cost: f64,
-    /// Inverse of the normal matrix at the solution; empty until asked for.
+    /// Covariance of the parameters by the sandwich estimator; `None` before [`Problem::with_errors`].
     pub(crate) covariance: Option<DMatrix<f64>>,
 }
 
@@ -55,7 +56,7 @@ impl Fit {
         self.channel_cost.iter().sum::<f64>() + self.prior_cost
     }
 
-    /// Cost in some channels with the problem's dispersion, tolerances left out.
+    /// Cost in some channels with the problem's dispersion, without the prior.
     pub(crate) fn cost_in(&self, problem: &Problem<'_>, channels: Channels) -> f64 {
         problem.sum_over(&self.channel_cost, channels)
     }
@@ -93,7 +94,7 @@ impl<'a> Problem<'a> {
         pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
     }
 
-    /// What some values of a hypothesis' parameters cost in some channels, tolerances left out.
+    /// Cost of a hypothesis at some values in some channels, without the prior.
     pub(crate) fn cost_of(&self, hypothesis: &Hypothesis, values: &[f64], channels: Channels) -> Option<f64> {
         let residuals = self.evaluate(hypothesis, values, channels)?;
         Some(self.sum_over(&Self::channel_cost(&residuals), channels))
@@ -113,7 +114,7 @@ impl<'a> Problem<'a> {
         cost.iter().zip(self.dispersion).map(|(c, d)| c / d).sum::<f64>() + prior(hypothesis, values)
     }
 
-    /// The same problem on a part of its data, for comparisons among candidates; with how many times more data it has.
+    /// The same problem on a subset of its data, for comparing candidates, and the ratio of all data to the subset.
     pub(crate) fn subset(&self) -> (Self, f64) {
         let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
         let (all, interval) = (count(&self.stretches), self.record.quality.interval_s.max(1.0e-6));
@@ -132,7 +133,7 @@ impl<'a> Problem<'a> {
         (Self { stretches, ..*self }, ratio)
     }
 
-    /// Cost that noise alone makes in some channels.
+    /// Expected cost of white noise in some channels, by the square loss.
     pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
         let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / constants::averaged();
         0.5 * samples as f64 * f64::from(channels.count_ones())
@@ -144,7 +145,7 @@ impl<'a> Problem<'a> {
         Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
     }
 
-    /// Innovations at a fit, for diagnostics and pictures.
+    /// Innovations at a fit, sample by sample.
     pub(crate) fn innovations(&self, fit: &Fit) -> Option<Innovations> {
         let values = &fit.hypothesis.values;
         let plant = fit.hypothesis.plant(self.rig, values)?;
@@ -152,7 +153,7 @@ impl<'a> Problem<'a> {
         Some(observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, self.judgeable))
     }
 
-    /// The channels' dispersion at a fit: variance of bundled innovations including their correlation over a block.
+    /// Long-run variance of each channel's innovations at a fit.
     pub(crate) fn dispersion_at(&self, fit: &Fit) -> [f64; 4] {
         let mut out = [1.0; 4];
         let Some(innovations) = self.innovations(fit) else { return out };

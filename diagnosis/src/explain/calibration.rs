@@ -5,7 +5,7 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::parameter::Slot;
 use crate::outcome::Calibration;
 
-/// The corrections of a fit that are surely and visibly away from the stated value.
+/// The nominal values that a fit corrects by a significant and visible amount.
 pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> {
     let h = &fit.hypothesis;
     let mut out = Vec::new();

@@ -36,8 +36,8 @@ pub(crate) fn cause(problem: &Problem<'_>, found: &Found, effect: Effect, index:
     }
 }
 
-/// One sentence that names the quantity a technician can check; `growth` is by what part of itself the misfit grows
-/// without the effect.
+/// One sentence that names the quantity a technician can check; `growth` is the relative growth of the misfit without
+/// the effect.
 fn evidence(effect: Effect, values: &[f64], growth: f64) -> String {
     let finding = effect.evidence(values);
     let grows = if growth < 1.0 {

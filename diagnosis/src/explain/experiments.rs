@@ -6,7 +6,7 @@ use crate::outcome::Cause;
 use plant_model::Effect;
 use rig_files::Verdict;
 
-/// What would separate the ties, and make judgeable what is not.
+/// The recording that would separate the ties, or show what this log cannot.
 pub(crate) fn next_experiment(verdict: Verdict, causes: &[Cause], problem: &Problem<'_>) -> Option<String> {
     let mut out: Vec<String> = Vec::new();
     for cause in causes {

@@ -5,7 +5,7 @@ use crate::model::parameter::Slot;
 use crate::select::visibility;
 use plant_model::Effect;
 
-/// Rig keys the log leaves as they were, and effects it could not have shown.
+/// Rig keys that the log does not determine, and effects that would not show in it.
 pub(crate) fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> {
     let record = problem.record;
     let mut out = Vec::new();

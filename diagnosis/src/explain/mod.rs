@@ -1,4 +1,5 @@
-//! What people read: causes in sentences, corrections, what stays unknown, what to record next, where the errors live.
+//! The report's content: causes with evidence, corrected nominal values, what the log says nothing about, what to
+//! record next, and on what the errors depend.
 
 pub(crate) mod calibration;
 pub(crate) mod cause;

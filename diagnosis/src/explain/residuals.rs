@@ -1,7 +1,7 @@
-//! Where a balance errs: its errors against every quantity they may depend on, and over frequency.
+//! The errors of a balance against every quantity they may depend on, and over frequency.
 //!
-//! What an observer misses is turned back into what the balance lacks: for a chamber the rate of pressure that goes
-//! missing, for the piston and the supply the error itself.
+//! For a chamber the innovations are turned back into the rate of pressure that the balance lacks, because that is
+//! proportional to a missing flow. For the piston and the supply the error itself is shown.
 
 use crate::constants;
 use crate::data::channel::Channel;
@@ -176,7 +176,7 @@ impl<'a> Residuals<'a> {
             let chamber = |errors: &[f64], sigma: f64| -> Vec<f64> {
                 let smooth = mean_around(t_s, errors, reach);
                 let growth = rate(t_s, &smooth, reach);
-                // Undoing the observer's memory turns its error back into the rate at which air goes missing.
+                // From the innovation of the observer back to the rate of pressure that the balance lacks.
                 smooth.iter().zip(&growth).map(|(e, g)| (g + e / constants::chamber_memory_s()) * sigma).collect()
             };
             let plain = |errors: &[f64], sigma: f64| -> Vec<f64> { errors.iter().map(|e| e * sigma).collect() };
@@ -254,8 +254,8 @@ impl<'a> Residuals<'a> {
         Some(out)
     }
 
-    /// The parts of a channel's errors that are alike (even) and opposite (odd) in the two directions of motion, against
-    /// the speed.
+    /// The parts of a channel's errors that are alike (even) and opposite (odd) in the two directions of motion,
+    /// against the speed.
     #[must_use]
     pub fn parity(&self, channel: Channel, model: Model) -> Option<[Curve; 2]> {
         let points = self.points(channel, model, |k| self.evidence.v_m_per_s[k])?;
@@ -328,7 +328,7 @@ impl<'a> Residuals<'a> {
         Some(Spectrum { hz, power })
     }
 
-    /// Where a channel's errors live: against every quantity, those first on which the nominal rig's depend most.
+    /// The dependence of a channel's errors on every quantity, strongest for the nominal rig first.
     #[must_use]
     pub fn dependences(&self, channel: Channel) -> Vec<Dependence> {
         let share = |model, against| self.curve(channel, model, against, |_| true).map(|curve| curve.explained);

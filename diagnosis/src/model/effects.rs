@@ -1,5 +1,5 @@
-//! The effects of the catalogue as hypotheses on this rig: where they act, their parameters, what they stand in for. What is
-//! known of each effect stands in its own file in `plant-model`.
+//! The effects of the catalogue as hypotheses on this rig: channels, parameters, prior. What is known of each effect is
+//! in its own file in `plant-model`.
 
 use super::parameter::{Parameter, Slot};
 use crate::data::channel::Channels;
@@ -13,7 +13,8 @@ pub(crate) fn channels(effect: Effect) -> Channels {
     effect.identification().balances.bits()
 }
 
-/// Whether an effect takes nominal values along with it, so that they start neither anew nor where they are.
+/// Whether an effect changes nominal values together with its own (a position scale does): then their initial values
+/// follow from its value.
 pub(crate) fn moves_nominal_values(effect: Effect) -> bool {
     !effect.identification().moves_in_step.is_empty()
 }

@@ -21,7 +21,7 @@ impl Hypothesis {
         Self { effects: Vec::new(), parameters: nominal.to_vec(), values: nominal.iter().map(|p| p.neutral).collect() }
     }
 
-    /// The same with one more effect beside everything there is already.
+    /// The same with one more effect; all other parameters stay free and keep their values.
     pub(crate) fn extended_by(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
         let mut out = self.clone();
         out.effects.push(effect);
@@ -31,14 +31,14 @@ impl Hypothesis {
         out
     }
 
-    /// Moves what has to move in step with an effect that is about to be added at some values.
+    /// Changes the values that have to change in proportion with an effect that is about to be added.
     fn take_along(&mut self, effect: Effect, parameters: &[Parameter], start: &[f64]) {
         if let (Some(parameter), Some(value)) = (parameters.first(), start.first()) {
             self.move_in_step(effect, value / parameter.neutral);
         }
     }
 
-    /// The same with one more term outside the catalogue, at no strength.
+    /// The same with one more term outside the catalogue, its factor zero.
     pub(crate) fn with_term(&self, index: usize, channels: Channels) -> Self {
         let mut out = self.clone();
         out.parameters.push(Parameter {
@@ -65,10 +65,12 @@ impl Hypothesis {
 
     /// The same with one more effect at the given values.
     ///
-    /// An effect that changes what a nominal value already stands for takes over its correction: the value returns to
-    /// nominal, and with a single twin it is fitted no more, because its tolerance then only pulls it there.
+    /// An effect may change the same quantity as a nominal value. Then it takes over that value's correction, and the
+    /// value returns to nominal. If there is a single such value it is no longer fitted: the data would not determine
+    /// it, and its prior would only hold it at nominal.
     ///
-    /// Nominal values far beyond their tolerance, which stood in for what is missing, start `anew` or stay where they are.
+    /// Strained nominal values may have compensated for the missing effect. With `anew` they return to nominal,
+    /// otherwise they keep their values.
     pub(crate) fn with(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64], anew: bool) -> Self {
         let mut out = Self { effects: self.effects.clone(), ..Self::default() };
         out.effects.push(effect);
@@ -108,8 +110,8 @@ impl Hypothesis {
         }
     }
 
-    /// Changes in step what, together with an effect that has changed by `factor`, makes no difference to air and mass: a
-    /// fit would have to find that line by itself.
+    /// Changes the parameters that compensate a change of the effect by `factor` in the air balances and the inertia.
+    /// The cost has a long curved valley there, along which a fit converges slowly.
     fn move_in_step(&mut self, effect: Effect, factor: f64) {
         let keys = effect.identification().moves_in_step;
         if keys.is_empty() {
@@ -141,7 +143,7 @@ impl Hypothesis {
         }
     }
 
-    /// The same without one effect; nominal values it stood in for are corrected again.
+    /// The same without one effect; nominal values that it replaced are fitted again, from an equivalent value.
     pub(crate) fn without(&self, effect: Effect, nominal: &[Parameter]) -> Self {
         let mut out =
             Self { effects: self.effects.iter().copied().filter(|e| *e != effect).collect(), ..Self::default() };
@@ -180,8 +182,8 @@ impl Hypothesis {
         out
     }
 
-    /// Swaps values that must not be in the wrong order, such as the break-points of a dead zone: the model takes the larger
-    /// one as the first.
+    /// Swaps values that are in the wrong order, such as the break-points of a dead zone: the model sorts them, so the
+    /// fit may have exchanged their roles.
     pub(crate) fn put_in_order(&mut self) {
         for effect in self.effects.clone() {
             let Some(ordered) = effect.identification().ordered else { continue };
@@ -194,7 +196,7 @@ impl Hypothesis {
         }
     }
 
-    /// The same with the nominal values of strained channels back where they should be.
+    /// The same with all nominal values of strained channels back at nominal.
     pub(crate) fn relaxed(&self) -> Self {
         let strained = self.strained();
         let mut out = self.clone();
@@ -206,7 +208,7 @@ impl Hypothesis {
         out
     }
 
-    /// Channels in which nominal values are strained.
+    /// Channels on which strained nominal values act: corrected by more than `constants::strained` tolerances.
     pub(crate) fn strained(&self) -> Channels {
         let pairs = self.parameters.iter().zip(&self.values);
         let strained =

@@ -1,4 +1,4 @@
-//! One fitted number: what it stands for, where it may go, and in which channels it shows.
+//! One fitted parameter: its meaning, bounds and prior, and the channels it acts on.
 
 use crate::data::channel::Channels;
 use plant_model::Effect;
@@ -32,9 +32,9 @@ pub(crate) struct Parameter {
     pub(crate) slot: Slot,
     /// Value at which it has no influence.
     pub(crate) neutral: f64,
-    /// A plainly visible change: the unit of search steps.
+    /// A change that plainly shows in a log: the unit of search steps.
     pub(crate) scale: f64,
-    /// A deviation below this is no cause, however sure it is.
+    /// A deviation from neutral below this is too small to be a cause, however small its standard error.
     pub(crate) negligible: f64,
     /// Standard error of the nominal value, for nominal values only.
     pub(crate) tolerance: Option<f64>,

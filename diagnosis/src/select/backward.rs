@@ -7,7 +7,8 @@ use crate::model::effects;
 use plant_model::Effect;
 use rayon::prelude::*;
 
-/// Takes out every cause whose removal costs less than its charge.
+/// Backward elimination: removes the most dispensable cause, one at a time, while its removal costs less than the
+/// required gain.
 pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
     let (subset, _) = problem.subset();
     loop {
@@ -30,14 +31,14 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
     }
 }
 
-/// The fit without one of its causes.
+/// The fit without one of its causes, everything else fitted anew.
 pub(crate) fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
     let smaller = fit.hypothesis.without(effect, problem.nominal);
     let goal = fit.cost(problem) + required_gain(problem, fit, effect);
     problem.fit_and_search(smaller, effects::channels(effect), constants::iterations(), goal)
 }
 
-/// Whether a part of the data shows already, beyond doubt, that a fit needs a cause.
+/// Whether a subset of the data already shows, by far, that a fit needs a cause.
 fn needed(subset: &Problem<'_>, fit: &Fit, effect: Effect) -> bool {
     if negligible(fit, effect) {
         return false;

@@ -11,7 +11,7 @@ use crate::model::parameter::Slot;
 use plant_model::Effect;
 use rayon::prelude::*;
 
-/// What stands in for a cause that is taken out: everything else fitted anew, and its best extensions.
+/// The alternatives to a cause: the fit without it, and that fit's best extensions by another effect.
 pub(crate) struct Alternatives {
     pub(crate) without: Fit,
     pub(crate) instead: Vec<Fit>,
@@ -31,7 +31,7 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit,
     Alternatives { without, instead }
 }
 
-/// The same with a cause as the one that is nearly its image.
+/// The fit with a cause replaced by its image, see [`super::image`]; `None` if it has none.
 fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
     let hypothesis = image(problem, fit, effect)?;
     let other = hypothesis.effects.last().copied()?;
@@ -39,8 +39,8 @@ fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
     problem.fit_and_search(hypothesis, changed, constants::iterations(), fit.cost(problem))
 }
 
-/// Replaces causes one at a time by better ones, as long as that helps, those first that are missed least; with what else
-/// could stand for each.
+/// Replaces causes one at a time as long as that lowers the penalised cost, beginning with the cause whose removal
+/// costs least. Returns the best fit, and for each of its causes the alternatives that were fitted.
 pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
     let mut exchanges = 0;
     let mut seen = Vec::new();
@@ -71,8 +71,8 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
     }
 }
 
-/// The best that becomes of some exchanges for a fit, if it is better; none of those seen before, which are told by their
-/// causes and costs.
+/// The best of some exchanges after backward elimination, if its penalised cost is lower than the present one.
+/// Exchanges with causes and cost that were `seen` before are left out.
 fn best_exchange(
     problem: &Problem<'_>,
     best: &Fit,
@@ -80,7 +80,8 @@ fn best_exchange(
     seen: &mut Vec<(Vec<Effect>, f64)>,
 ) -> Option<Fit> {
     let (cost, enough) = (best.cost(problem), penalised_cost(problem, best) - 1.0);
-    // A likelier exchange may be dearer only until what it makes needless is taken out.
+    // An exchange of higher likelihood may have the higher penalty until backward elimination removes what it makes
+    // needless.
     let likelier =
         |fit: &&Fit| cost_before_pruning(problem, fit) < enough || fit.cost(problem) < cost - constants::likelier();
     let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
@@ -99,7 +100,8 @@ fn best_exchange(
         .min_by(|a, b| penalised_cost(problem, a).total_cmp(&penalised_cost(problem, b)))
 }
 
-/// Of two names for the same beside a third effect, the one that leaves that effect nearer to what is stated.
+/// A cause and its image are equivalent if a third effect (the companion) takes another value. Of the two, chooses the
+/// one that leaves the companion nearer to its neutral value.
 pub(crate) fn nearest_to_stated(
     problem: &Problem<'_>,
     best: Fit,
@@ -121,7 +123,7 @@ pub(crate) fn nearest_to_stated(
         };
         let Some(found) = alternatives.instead.iter().position(nearer) else { continue };
         let nearest = alternatives.instead.remove(found);
-        // The cause that is exchanged stands last in the one and is an alternative of the other.
+        // The new cause is the last effect of its fit; the old one becomes its alternative.
         let mut other = best;
         other.hypothesis.effects.retain(|e| *e != effect);
         other.hypothesis.effects.push(effect);
@@ -133,8 +135,8 @@ pub(crate) fn nearest_to_stated(
     (best, all)
 }
 
-/// Where a balance stays open: the same with a cause as its image, and other causes exchanged beside it. One that pulls the
-/// other way can keep a third from being found, and look better beside a wrong one.
+/// Where a balance stays open, replaces a cause by its image and then exchanges the other causes too. A cause of the
+/// wrong name can keep another from being found, so that only both exchanges together lower the cost.
 pub(crate) fn exchange_images(
     problem: &Problem<'_>,
     best: Fit,

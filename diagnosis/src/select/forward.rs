@@ -1,4 +1,5 @@
-//! One more cause: which effects would help a fit most, ranked on a part of the data, the best fitted to all of it.
+//! Forward selection of one more cause: candidates ranked by their score on a subset of the data, the best fitted to
+//! all of it.
 
 use super::initial_values::initial_values;
 use super::penalty::{cost_before_pruning, required_gain, wide_open};
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 #[derive(Clone, Debug)]
 pub(crate) struct Tried {
     pub(crate) effects: Vec<Effect>,
-    /// Cost with noise taken as white, whatever dispersion it was compared with: one scale for all.
+    /// Cost with a dispersion of one, so that all hypotheses are on the same scale.
     pub(crate) cost: f64,
     pub(crate) fitted: bool,
 }
@@ -29,7 +30,7 @@ impl Tried {
     }
 }
 
-/// What a search remembers.
+/// The fits of a search so far, so that none is repeated.
 #[derive(Default)]
 pub(crate) struct Memory {
     pub(crate) tried: Vec<Tried>,
@@ -41,7 +42,7 @@ struct Explored {
     from: Fit,
     /// Dispersion they were compared with.
     dispersion: [f64; 4],
-    /// Each acts on one of these.
+    /// Channels: each extension acts on at least one of them.
     acting: Channels,
     fits: Vec<Fit>,
 }
@@ -52,7 +53,7 @@ impl Memory {
         self.tried.push(Tried::of(fit));
     }
 
-    /// What is known of extending a fit: another with the same causes, and no worse, was extended before. The last counts.
+    /// The extensions of an earlier fit with the same causes and no higher cost; the latest if there are several.
     fn extensions(&self, problem: &Problem<'_>, from: &Fit, acting: Channels) -> Option<&Explored> {
         let effects = &from.hypothesis.effects;
         let same = |known: &Fit| {
@@ -67,20 +68,20 @@ impl Memory {
     }
 }
 
-/// A candidate addition with its starting values and the gain predicted for it.
+/// A candidate effect with its initial values and its score: the gain predicted to first order.
 struct Candidate {
     effect: Effect,
     starts: Vec<Vec<f64>>,
     predicted: f64,
 }
 
-/// Where additions to a fit are compared: on a part of the data, which stands for the rest.
+/// What the score test of candidates needs: a subset of the data, and the Jacobian of the fit on it.
 struct Scoring<'a> {
     subset: Problem<'a>,
-    /// How many times more data there is.
+    /// Ratio of all data to the subset, by which scores are multiplied.
     ratio: f64,
     slopes: Jacobian,
-    /// The fit with strained nominal values back where they should be, if any are.
+    /// The same for the fit with strained nominal values back at nominal; `None` if none is strained.
     relaxed: Option<(Fit, Jacobian)>,
 }
 
@@ -97,15 +98,15 @@ impl<'a> Scoring<'a> {
         Some(Self { subset, ratio, slopes, relaxed })
     }
 
-    /// The slopes nearest to an addition that begins with strained values anew or where they are.
+    /// The Jacobian for a candidate that begins with strained nominal values back at nominal (`anew`) or as fitted.
     fn jacobian(&self, anew: bool) -> &Jacobian {
         self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
     }
 }
 
-/// The candidates for one more cause that acts on some channels, most promising first.
+/// The candidates for one more cause that acts on some channels, highest score first.
 fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, acting: Channels) -> Vec<Candidate> {
-    // Needed by effects that ripple along the stroke.
+    // Initial values of effects that are periodic along the stroke.
     let wavelengths_m = if acting & Channel::Position.bit() == 0 { Vec::new() } else { wavelengths(problem, from) };
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
         .into_iter()
@@ -117,7 +118,8 @@ fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, a
         .map(|(effect, start)| from.hypothesis.extended_by(*effect, problem.parameters(*effect), start))
         .collect();
     let mut scores = scoring.subset.scores(from, &scoring.slopes, &extended);
-    // Strained nominal values hide what an effect would gain: it is judged from where they should be as well.
+    // Strained nominal values may compensate for a missing effect and lower its score. So the score is also taken with
+    // them back at nominal, and the higher one counts.
     if let Some((fit, slopes)) = &scoring.relaxed {
         let strained = from.hypothesis.strained();
         let relieves =
@@ -151,20 +153,20 @@ fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, a
 
 /// Which additions to a fit are wanted.
 pub(crate) struct Wanted {
-    /// They act on one of these.
+    /// Channels: an addition acts on at least one of them.
     pub(crate) acting: Channels,
     /// How many are fitted.
     pub(crate) most: usize,
 }
 
 impl Wanted {
-    /// Anything that helps.
+    /// Any effect.
     pub(crate) fn any(problem: &Problem<'_>) -> Self {
         Self { acting: problem.judgeable, most: constants::candidates_fitted() }
     }
 }
 
-/// Fits the most promising additions to a hypothesis; the best first.
+/// The fits of a hypothesis with one more effect, for the candidates of highest score; lowest penalised cost first.
 pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
     let (explored, mut fits) = match memory.extensions(problem, from, wanted.acting) {
         Some(explored) => (explored.acting, again(problem, explored)),
@@ -177,7 +179,7 @@ pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, mem
     fits
 }
 
-/// Extensions found before, as they compare now.
+/// Extensions found before, ordered with the present dispersion; the best are fitted again if that has changed.
 fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
     let mut fits = explored.fits.clone();
     let by_cost_before_pruning =
@@ -196,14 +198,14 @@ fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
     fits
 }
 
-/// Extensions found anew.
+/// Extensions not yet known: scores, first iterations on a subset, full fits of the best.
 fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<Tried>) -> Vec<Fit> {
     let Some(scoring) = Scoring::new(problem, from) else { return Vec::new() };
     let mut candidates = ranked_candidates(problem, from, &scoring, wanted.acting);
     let base = from.cost(problem);
     let worth = |c: &Candidate| c.predicted > constants::score_share() * required_gain(problem, from, c.effect);
     let mut count = candidates.iter().take_while(|c| worth(c)).count().min(wanted.most);
-    // Where nominal values are strained they hide what an effect would gain; then all that act there are tried.
+    // Where nominal values are strained scores are not reliable; then all effects that act there are tried.
     let strained = from.hypothesis.strained();
     if strained != 0 {
         candidates.sort_by_key(|c| effects::channels(c.effect) & strained == 0 && !worth(c));
@@ -231,8 +233,8 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     }));
     let starts: Vec<(Effect, &[f64])> =
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
-    // A few steps on a part of the data show which are worth more.
-    // Strained values stood in for what is missing: they start anew, or from where they are, whichever leads farther.
+    // A few iterations on the subset show which candidates to fit on all data. Strained nominal values begin at nominal
+    // or as fitted, whichever gives the lower cost.
     let open = wide_open(problem, from);
     let mut begun: Vec<Fit> = starts
         .par_iter()
@@ -248,8 +250,9 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
                 let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
                 let (channels, slopes) = (effects::channels(*effect), scoring.jacobian(*anew));
                 let fit = scoring.subset.first_steps(extended, channels, constants::first_iterations(), slopes)?;
-                // What only tolerances tell apart must follow all data closely before they show, and stands in for
-                // anything while much else is missing.
+                // A position scale differs from other nominal values by little more than their priors. That difference
+                // shows only after iterations on all data; and while a balance is wide open a scale can absorb any
+                // error.
                 let on_all_data =
                     if effects::moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
                 problem.refit(fit.hypothesis, channels, on_all_data)
@@ -260,7 +263,7 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
     let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * constants::tie();
-    // From strained values a few steps lead less far.
+    // With strained nominal values the first iterations say less, so more candidates are fitted to the end.
     let most = if strained == 0 { constants::candidates_finished() } else { constants::candidates_finished_strained() };
     let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, most).min(begun.len());
     let mut fits: Vec<Fit> = begun

@@ -1,4 +1,4 @@
-//! The image of a cause: another that does nearly the same, at a value that can be computed.
+//! The image of a cause: another effect that is nearly equivalent, at a value that can be computed.
 
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
@@ -6,8 +6,8 @@ use crate::model::parameter::Slot;
 use plant_model::Effect;
 use plant_model::effects::identification::{ImageContext, Imaged, StandsFor};
 
-/// A fit with one of its causes as another that does nearly the same, at the values that do it: from elsewhere a fit hardly
-/// finds its way there. `None` for causes without such an image.
+/// A hypothesis with one cause of a fit replaced by its image, at equivalent values: from other initial values a fit
+/// rarely converges there. `None` for causes without an image.
 pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Hypothesis> {
     let other = effect.image_among(&fit.hypothesis.effects)?;
     let h = &fit.hypothesis;
@@ -25,7 +25,8 @@ pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<
     if added_n == 0.0 {
         return Some(out);
     }
-    // A factor on friction multiplies what is stated of breaking away and leaves alone what is fitted; pressure adds to both.
+    // A factor on friction multiplies the stated static friction, not one fitted as an effect; friction that grows with
+    // pressure adds to both. So the fitted value changes by the difference, and the stated levels keep their values.
     let factor = matches!(effect.identification().stands_for, StandsFor::FactorOn(_));
     let levels = ["friction.static_n", "friction.coulomb_n"];
     for (parameter, value) in out.parameters.iter().zip(&mut out.values) {
@@ -44,7 +45,7 @@ pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<
     Some(out)
 }
 
-/// A cause of a fit as another effect.
+/// The values that make another effect equivalent to a cause of a fit.
 fn imaged(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<Imaged> {
     let neutral = |effect: Effect| problem.parameters(effect).first().map(|p| p.neutral);
     let neutral_here = neutral(effect)?;
@@ -58,7 +59,7 @@ fn imaged(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Op
     effect.as_image(other, &context)
 }
 
-/// The third effect, and which of its parameters, that changes along when a cause becomes its image.
+/// The third effect, and the index of its parameter, that has to change when a cause is replaced by its image.
 pub(crate) fn companion(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<(Effect, usize)> {
     imaged(problem, fit, effect, other)?.companion.map(|(companion, index, _)| (companion, index))
 }

@@ -1,4 +1,5 @@
-//! What a cause must gain: against chance, beside noise, and beside what a fit leaves.
+//! The gain required of a cause: its penalty, a share of the noise's cost, and a share of what the fit leaves
+//! unexplained.
 
 use crate::constants;
 use crate::data::channel::Channel;
@@ -8,10 +9,10 @@ use crate::model::effects;
 use crate::model::parameter::{Parameter, Slot};
 use plant_model::Effect;
 
-/// What an effect must gain in a fit: enough against chance, and enough to matter in the channels it acts on, beside
-/// their noise and beside what the fit leaves over there.
+/// The gain in log-likelihood required of an effect: its penalty, and enough to matter in the channels it acts on,
+/// compared with the cost of their noise and with what the fit leaves unexplained there.
 pub(crate) fn required_gain(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> f64 {
-    // Air does not tell a scale of lengths from other values, see `Hypothesis::scale_lengths`.
+    // The balances of the air cannot tell a scale of lengths from other values, see `Hypothesis::move_in_step`.
     let (shows, rest) = if effects::moves_nominal_values(effect) {
         (Channel::Position.bit(), constants::share_of_rest_in_step())
     } else {
@@ -23,8 +24,8 @@ pub(crate) fn required_gain(problem: &Problem<'_>, fit: &Fit, effect: Effect) ->
     penalty(effect).max(constants::share_of_noise() * noise).max(rest * left)
 }
 
-/// How much less than it should an effect gains in a fit beside the fit without it; negative if it gains enough. What it
-/// gains by relieving strained nominal values needs no weight beside noise: tolerances have no numerical error.
+/// The required gain of an effect less its gain over the fit without it: negative if it gains enough. What it gains by
+/// relieving strained nominal values need only exceed the penalty: priors have no numerical error.
 pub(crate) fn shortfall(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
     if negligible(with, effect) {
         return f64::INFINITY;
@@ -34,8 +35,8 @@ pub(crate) fn shortfall(problem: &Problem<'_>, with: &Fit, without: &Fit, effect
     needed - (without.cost(problem) - with.cost(problem) - suppressed(problem, with, without, effect))
 }
 
-/// What an effect takes away from channels that hold nothing but noise without it: a model that answers less to the
-/// noise of one sensor predicts another a little better.
+/// The gain in channels that are white noise already without the effect. It does not count: a model that passes on less
+/// of one sensor's noise predicts another sensor a little better.
 fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
     let bundles = problem.noise_cost(1) / 0.5;
     let gained = |c: &Channel| without.cost_in(problem, c.bit()) - with.cost_in(problem, c.bit());
@@ -56,8 +57,8 @@ fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) 
     quiet.iter().filter(white).map(gained).sum()
 }
 
-/// The parameters that make an effect present at all, with their places and how far they are from neutral. The time
-/// constant means nothing while nothing droops, the wavelength while nothing ripples.
+/// The parameters that decide whether an effect is present, with their places and distances from neutral. Shape
+/// parameters do not: a recovery time means nothing without droop, nor a wavelength without ripple.
 fn presence(fit: &Fit, effect: Effect) -> impl Iterator<Item = (usize, &Parameter, f64)> {
     let h = &fit.hypothesis;
     let shape_only = effect.identification().shape_only;
@@ -69,19 +70,19 @@ fn presence(fit: &Fit, effect: Effect) -> impl Iterator<Item = (usize, &Paramete
     all.filter(move |(_, (p, _))| tells(p)).map(|(place, (p, value))| (place, p, (value - p.neutral).abs()))
 }
 
-/// Whether an effect is present in name only.
+/// Whether all parameters of an effect are too close to neutral to matter.
 pub(crate) fn negligible(fit: &Fit, effect: Effect) -> bool {
     presence(fit, effect).all(|(_, p, away)| away < p.negligible)
 }
 
-/// Whether no parameter of an effect is surely away from neutral, by the fit's standard errors.
+/// Whether all parameters of an effect are within `constants::sure` standard errors of neutral.
 pub(crate) fn uncertain(fit: &Fit, effect: Effect) -> bool {
     let Some(covariance) = &fit.covariance else { return false };
     presence(fit, effect).all(|(place, _, away)| away < constants::sure() * covariance[(place, place)].max(0.0).sqrt())
 }
 
-/// Cost with a charge for every cause and parameter: what is compared between hypotheses. Whether a cause matters is
-/// another question, see [`required_gain`].
+/// Penalised cost: minus the log-posterior plus a penalty for every cause and parameter. Hypotheses are compared by it.
+/// Whether a cause matters is decided by [`required_gain`].
 pub(crate) fn penalised_cost(problem: &Problem<'_>, fit: &Fit) -> f64 {
     if fit.hypothesis.effects.iter().any(|effect| negligible(fit, *effect)) {
         return f64::INFINITY;
@@ -93,12 +94,13 @@ fn with_penalties(problem: &Problem<'_>, fit: &Fit) -> f64 {
     fit.cost(problem) + fit.hypothesis.effects.iter().map(|e| penalty(*e)).sum::<f64>()
 }
 
-/// What a cause must gain against chance.
+/// The penalty of a cause, in units of log-likelihood.
 fn penalty(effect: Effect) -> f64 {
     constants::penalty_per_cause() + constants::penalty_per_parameter() * effect.parameter_count() as f64
 }
 
-/// What an addition is worth before what it makes needless is taken out: earlier causes may have become negligible.
+/// Penalised cost of an extension before backward elimination: earlier causes may have become negligible, the added one
+/// may not.
 pub(crate) fn cost_before_pruning(problem: &Problem<'_>, fit: &Fit) -> f64 {
     if fit.hypothesis.effects.last().is_some_and(|added| negligible(fit, *added)) {
         return f64::INFINITY;
@@ -106,7 +108,7 @@ pub(crate) fn cost_before_pruning(problem: &Problem<'_>, fit: &Fit) -> f64 {
     with_penalties(problem, fit)
 }
 
-/// Whether a fit leaves a balance so far from noise that its causes may be the wrong ones altogether.
+/// Whether a fit leaves a balance so far above noise that all its causes may be wrong.
 pub(crate) fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, constants::wide_open(), |channel| fit.cost_in(problem, channel.bit()))
 }

@@ -1,4 +1,4 @@
-//! Wavelengths at which the friction residual ripples along the stroke: starting points for periodic friction.
+//! Wavelengths at which the friction residual ripples along the stroke: initial values for periodic friction.
 
 use crate::constants;
 use crate::data::channel::Channel;
@@ -38,7 +38,7 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
     // The ripple belongs to the true position.
     let Some(plant) = fit.hypothesis.plant(problem.rig, &fit.hypothesis.values) else { return Vec::new() };
     let scale = plant.shown_position_m(1.0) - plant.shown_position_m(0.0);
-    // The sine has its zero at mid-stroke, so only that phase is looked for.
+    // The effect is a sine with its zero at mid-stroke, so only that phase is fitted.
     let middle = |place: usize| low + (place as f64 + 0.5) / constants::ripple_places() as f64 * range;
     let count = (constants::ripple_places() as f64 / constants::ripple_shortest() * 4.0) as usize;
     let mut spectrum: Vec<(f64, f64)> = (2..count)

@@ -1,4 +1,4 @@
-//! What an addition to a fit would gain, predicted without fitting it.
+//! The score test: the gain of a candidate in log-likelihood, predicted to first order without fitting it (Rao 1948).
 
 use crate::constants;
 use crate::estimate::derivatives::{DifferenceStep, Jacobian, Normal, regularised};
@@ -8,17 +8,17 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 use rayon::prelude::*;
 
-/// A candidate at its starting values.
+/// A candidate at its initial values.
 struct Started {
-    /// Residuals there; `None` where the start changes nothing.
+    /// Residuals there; `None` if the initial values are neutral.
     residuals: Option<Residuals>,
-    /// What the start gains as it is.
+    /// Gain of the initial values themselves.
     gained: f64,
 }
 
 impl Problem<'_> {
-    /// What extending a fit to each of some hypotheses would gain: exact at their starting values, to first order from
-    /// there. The candidates hold the fit's parameters first, then those they add.
+    /// The scores of some extensions of a fit: the exact gain of their initial values plus the first-order gain from
+    /// there. The parameters of a candidate are those of the fit, followed by those it adds.
     pub(crate) fn scores(&self, fit: &Fit, slopes: &Jacobian, candidates: &[Hypothesis]) -> Vec<f64> {
         let values = &fit.hypothesis.values;
         let base = &slopes.base;
@@ -51,7 +51,8 @@ impl Problem<'_> {
                     })
                     .collect();
                 let columns: Vec<&Residuals> = own.iter().copied().chain(&added).collect();
-                // Weights change with the residuals.
+                // The weights of the robust loss depend on the residuals, so the known part holds only where these are
+                // the same.
                 let known = started.residuals.is_none().then_some(&at_base);
                 let all = self.normal(extended, &extended.values, at_start, &columns, known);
                 (started.gained + linear_gain(&all) - without).max(0.0)
@@ -59,7 +60,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// A candidate whose parameters from `own` on are new, judged at its starting values.
+    /// Evaluates a candidate, whose parameters from `own` on are new, at its initial values.
     fn start(&self, extended: &Hypothesis, own: usize, base: &Residuals, cost: f64) -> Option<Started> {
         let added = || extended.parameters.iter().zip(&extended.values).skip(own);
         if added().all(|(p, v)| p.neutral == *v || *v == 0.0) {
@@ -78,19 +79,19 @@ impl Problem<'_> {
     }
 }
 
-/// What becomes of a start.
+/// How the score at some initial values is computed.
 #[derive(Clone, Copy)]
 enum Start {
-    /// It is worth taking slopes there.
+    /// With derivatives there.
     Differentiated,
-    /// What it gains as it is tells enough.
+    /// From the gain of the initial values alone.
     AsItIs,
-    /// A neighbour on the same grid lies lower: it leads into the same valley.
+    /// Not at all: a neighbour on the same grid has the lower cost and leads to the same minimum.
     OnASlope,
 }
 
-/// Which candidates are worth taking slopes: all neutral starts, and of each effect's others the best. Breakaway forces form
-/// a grid over several valleys; of each valley the lowest point counts.
+/// Chooses where derivatives are taken: at all neutral initial values, and at the best of each effect's others. Where
+/// initial values form a grid over several local minima (friction levels), the lowest point of each minimum counts.
 fn differentiated(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec<Start> {
     let last = |place: usize| candidates[place].effects.last();
     let moved = |place: usize| started[place].as_ref().filter(|s| s.residuals.is_some()).map(|s| s.gained);
@@ -122,7 +123,7 @@ fn differentiated(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec
         .collect()
 }
 
-/// What a full step to the minimum of the quadratic would gain.
+/// The gain of a full Gauss-Newton step: `g' H^-1 g / 2`.
 fn linear_gain((matrix, gradient): &Normal) -> f64 {
     regularised(matrix, 1.0e-14).cholesky().map_or(0.0, |c| 0.5 * gradient.dot(&c.solve(gradient)))
 }

@@ -1,4 +1,4 @@
-//! Which causes: forward composition, removal of what a later cause makes needless, exchange, ties.
+//! The order of the selection: forward selection, backward elimination, exchange, simplification, ties.
 
 use super::backward::prune;
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
@@ -16,15 +16,14 @@ pub(crate) struct Found {
     pub(crate) null: Fit,
     /// With standard errors.
     pub(crate) best: Fit,
-    /// For each cause, in the order of the best fit's effects: what cannot be told from it.
+    /// For each cause, in the order of the best fit's effects: the effects tied with it.
     pub(crate) ties: Vec<Vec<Effect>>,
-    /// How much the cost grows when the cause is taken out and everything else is fitted anew.
+    /// For each cause: the growth of the cost when it is removed and everything else is fitted anew.
     pub(crate) losses: Vec<f64>,
     pub(crate) tried: Vec<Tried>,
 }
 
-/// Adds cause after cause to a fit, each time the likeliest that makes the whole likelier, and takes out what becomes
-/// needless.
+/// Adds one cause at a time, the best that lowers the penalised cost, and removes causes that become needless.
 fn forward_selection(
     problem: &Problem<'_>,
     start: Fit,
@@ -35,7 +34,7 @@ fn forward_selection(
     let mut current = start;
     while current.hypothesis.effects.len() < most {
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
-        // The likeliest may act on so many channels that it matters in none.
+        // A candidate must reach the required gain: one that acts on many channels may matter in none.
         let enough = |next: &Fit| {
             next.hypothesis.effects.last().is_some_and(|added| shortfall(problem, next, &current, *added) < 0.0)
         };
@@ -55,7 +54,8 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     progress("nominal model");
     let null = problem.fit(nominal.clone(), constants::iterations())?;
     let mut current = forward_selection(problem, null.clone(), constants::most_causes(), &mut memory, progress);
-    // A wrong first cause can make every later one look wrong: then others come first.
+    // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
+    // causes.
     if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
         let first: Vec<Fit> = extensions(problem, &null, &Wanted::any(problem), &mut memory);
         for start in first.into_iter().skip(1).take(constants::restarts()) {
@@ -68,10 +68,10 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
             }
         }
     }
-    // What no hypothesis explains makes every gain less certain.
+    // What no hypothesis explains is over-dispersion: it makes every gain less certain.
     problem.dispersion = problem.dispersion_at(&current);
     let mut pruned = prune(problem, current);
-    // What becomes needless may make room for what is missing.
+    // After the elimination there is room for further causes.
     if wide_open(problem, &pruned) {
         pruned = forward_selection(problem, pruned, constants::most_causes(), &mut memory, progress);
     }

@@ -1,4 +1,5 @@
-//! The last simplification: causes whose parameters may as well be neutral, and halves of effects that are not needed.
+//! The last simplification: removes causes that may as well be neutral, and parts of effects that the log does not
+//! need.
 
 use super::backward::refit_without;
 use super::exchange::Alternatives;
@@ -6,7 +7,7 @@ use super::penalty::{negligible, required_gain, uncertain};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 
-/// Leaves out causes whose parameters may as well be neutral: they soak up noise. What is left has standard errors.
+/// Removes causes within four standard errors of neutral: they only fit noise. Adds standard errors to what is left.
 pub(crate) fn drop_uncertain(
     problem: &Problem<'_>,
     mut best: Fit,
@@ -18,7 +19,7 @@ pub(crate) fn drop_uncertain(
         let Some(place) = place else { return (best, alternatives) };
         let effect = best.hypothesis.effects[place];
         let smaller = refit_without(problem, &best, effect);
-        // Far beyond doubt, it is the standard error that is wrong.
+        // A cause with a gain far above the required one stays: then the standard error is wrong, not the cause.
         let doubtful = |smaller: &Fit| {
             smaller.cost(problem) - best.cost(problem)
                 < constants::beyond_doubt() * required_gain(problem, &best, effect)
@@ -31,8 +32,8 @@ pub(crate) fn drop_uncertain(
     }
 }
 
-/// Leaves out the parts of an effect that the log does not ask for, where each part makes an effect of its own: a slope of
-/// friction along the stroke and a ripple of a long wavelength are nearly the same.
+/// Removes needless parts of an effect that has several, such as slope and ripple of friction along the stroke: a slope
+/// and a ripple of long wavelength are nearly the same.
 pub(crate) fn drop_needless_parts(problem: &Problem<'_>, mut best: Fit) -> Fit {
     let penalised_cost =
         |fit: &Fit| fit.cost(problem) + constants::penalty_per_parameter() * fit.hypothesis.parameters.len() as f64;

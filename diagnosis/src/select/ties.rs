@@ -1,4 +1,4 @@
-//! Ties: for each cause, what explains the log as well in its place.
+//! Ties: the effects that explain the log as well in the place of a cause.
 
 use super::exchange::Alternatives;
 use super::penalty::penalised_cost;
@@ -6,7 +6,7 @@ use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use plant_model::Effect;
 
-/// For each cause: alternatives that explain the log as well in its place, and what its absence costs.
+/// For each cause: the effects tied with it, by penalised cost or structurally, and the growth of the cost without it.
 pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternatives>>) -> (Vec<Vec<Effect>>, Vec<f64>) {
     let cost = penalised_cost(problem, best);
     let of = |(effect, alternatives): (&Effect, Option<Alternatives>)| {

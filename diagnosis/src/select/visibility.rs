@@ -1,4 +1,4 @@
-//! Which effects the log could show at all, were they there.
+//! Which effects would show in this log if they were present.
 
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -8,13 +8,14 @@ use plant_model::effects::MAX_PARAMETERS;
 use plant_model::effects::identification::Needs;
 use rayon::prelude::*;
 
-/// The effects that would change the predictions visibly at a plainly visible strength, were they there.
+/// Those candidates that would change the predictions noticeably, if they were present at a plainly visible strength.
 pub(crate) fn visible(problem: &Problem<'_>, fit: &Fit, candidates: &[Effect]) -> Vec<Effect> {
     candidates.par_iter().copied().filter(|effect| problem.responds(fit, *effect)).collect()
 }
 
 impl Problem<'_> {
-    /// Whether an effect of plainly visible size would change the predictions by more than it must gain to be named.
+    /// Whether an effect of plainly visible strength would change the predictions by more than
+    /// `constants::visible_change`.
     pub(crate) fn responds(&self, fit: &Fit, effect: Effect) -> bool {
         let parameters = self.parameters(effect);
         let (mut neutral, mut scales) = ([0.0; MAX_PARAMETERS], [0.0; MAX_PARAMETERS]);
@@ -36,7 +37,7 @@ impl Problem<'_> {
     }
 }
 
-/// Effects that the log could show at all.
+/// Effects whose balances and sensors this log has.
 pub(crate) fn candidates(problem: &Problem<'_>) -> Vec<Effect> {
     let has = problem.record.available;
     Effect::ALL

@@ -33,7 +33,7 @@ pub(crate) fn judged(problem: &Problem<'_>) -> impl Iterator<Item = Channel> {
     Channel::ALL.into_iter().filter(move |channel| judgeable & channel.bit() != 0)
 }
 
-/// How the balances stand, before and after.
+/// Misfit of each balance without and with the causes, and whether it is closed.
 pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
     let dispersion = problem.dispersion_at(&found.best);
     judged(problem)

@@ -27,8 +27,8 @@ pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> boo
     }
 }
 
-/// Whether the whole model, restarted on the part held back, predicts no worse with the causes than without, but for a
-/// growth of its squared errors. What merely soaks up noise in a balance does.
+/// Whether the squared errors of the whole model, restarted on the part held back, grow by less than the factor
+/// `growth` when the causes are added. They grow more with causes that only fit noise of a balance.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
     let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
     let models = hold_out::Comparison::new(problem.record, &extended(&found.null), &extended(&found.best));

@@ -1,8 +1,8 @@
 //! Beyond the catalogue: a sparse regression that describes what a balance still lacks.
 //!
-//! Terms of the library are added to the hypothesis one at a time, the most telling first, and fitted together with
-//! everything else, as long as each takes away more misfit than chance or a trifle would. What comes out is a
-//! description, never a name. It also guards the names: a cause that a single term makes needless was its shadow.
+//! Terms of the library are added to the hypothesis one at a time, highest score first, and fitted together with
+//! everything else, as long as each gains enough. The result is a description, never a name. It also tests the names: a
+//! cause that such a term makes needless had only compensated for what the catalogue lacks.
 
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
@@ -63,7 +63,7 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
     out
 }
 
-/// The causes that become needless beside the terms: they only made up for what the catalogue lacks.
+/// The causes that the terms make needless: they had only compensated for what the catalogue lacks.
 pub(crate) fn superseded(problem: &Problem<'_>, extended: &Extended) -> Vec<Effect> {
     let kept = backward::prune(problem, extended.fit.clone()).hypothesis.effects;
     extended.fit.hypothesis.effects.iter().copied().filter(|e| !kept.contains(e)).collect()

@@ -15,7 +15,7 @@ use rig_files::RigFile;
 
 /// Prediction horizon, s.
 pub(crate) const HORIZON_S: f64 = 0.2;
-/// The gain is told for these horizons as well, s.
+/// Further prediction horizons of the report, s.
 pub(crate) const OTHER_HORIZONS_S: [f64; 2] = [0.05, 1.0];
 
 /// Two models to be compared on the part of a log held back.
@@ -50,8 +50,9 @@ impl<'a> Comparison<'a> {
                 let predictions =
                     [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
                 let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[run_in..end].to_vec() };
-                // Were the extended model the rig, its predictions would still miss the sensors' noise, and what that
-                // and smoothing leave unknown about the start. Where the piston sticks, chance decides much of that.
+                // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors'
+                // noise, and by what noise and smoothing leave unknown about the initial state. Where the piston sticks,
+                // chance decides much of that.
                 for _ in 0..constants::noise_floor_draws() {
                     let perfect = as_if(record, extended, &history, run_in..end, &mut noise);
                     let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
@@ -110,7 +111,7 @@ impl Model {
     }
 }
 
-/// The commands of a recording up to a sample: where a valve's play stands depends on all of them.
+/// The commands of a recording up to a sample: the state of a valve with hysteresis depends on all of them.
 struct Commands<'a> {
     record: &'a Record,
     until: usize,
@@ -135,7 +136,7 @@ fn run_in(record: &Record, stretch: &Stretch, start: usize) -> usize {
     start - ((constants::run_in_s() / interval) as usize).min(start - stretch.start)
 }
 
-/// What the sensors would have shown over a part of the recording had the model been the rig, noise included.
+/// The recording that the sensors would have made, noise included, if the model were the rig.
 fn as_if(
     record: &Record,
     model: &Model,
@@ -158,11 +159,11 @@ fn as_if(
     prepare::replaced(record, range, signals)
 }
 
-/// The state at a sample as far as the sensors tell it.
+/// The state at a sample, as far as the sensors determine it.
 fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     let plant = &model.plant;
     let c = plant.coefficients();
-    // A late signal shows later what was true then.
+    // A delayed signal shows a value later than it was true.
     let then = record.moment(k, plant.position_delay_s(), 0..record.len());
     let y = plant.true_position_m(then.of(&record.motion.value));
     let v = plant.true_position_m(then.of(&record.motion.slope)) - plant.true_position_m(0.0);
@@ -212,7 +213,7 @@ fn predict(
     for k in run_in..start {
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
-    // What is under way to the valve stays; everything the sensors see is set to what they saw.
+    // Restart: the spool keeps its simulated state, everything measured is set to the measurement.
     let kept = *simulator.state();
     let mut state = measured_state(record, model, start);
     state.spool_v = kept.spool_v;

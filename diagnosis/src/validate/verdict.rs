@@ -1,4 +1,4 @@
-//! Which causes deserve their names, and the verdict.
+//! Which causes are named and which are leads, and the verdict.
 
 use super::closure::{closed_cost, like_noise};
 use super::confirmation::confirmed_on_hold_out;
@@ -12,16 +12,16 @@ use crate::select::search::Found;
 use plant_model::Effect;
 use rig_files::Verdict;
 
-/// What stands of the causes found.
+/// The causes found, divided into named ones and leads, with what the verdict needs.
 pub(crate) struct Judgement {
     pub(crate) causes: Vec<Cause>,
-    /// Effects that lower the misfit without a right to a name.
+    /// Effects that lower the misfit but are not proven.
     pub(crate) leads: Vec<Cause>,
     /// Channels whose balance stays open.
     pub(crate) open: Channels,
-    /// Whether something is left that no name covers.
+    /// Whether part of the gap remains that no named cause explains.
     gap: bool,
-    /// What the part held back does not confirm, beside balances that look like noise without it, is noise.
+    /// Whether the causes are not confirmed on the part held back and all balances look like noise without them.
     quiet: bool,
 }
 
@@ -40,7 +40,7 @@ impl Judgement {
 /// Judges the causes found, given in the order of the best fit's effects.
 pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], all: Vec<Cause>) -> Judgement {
     let open: Channels = balances.iter().filter(|b| !b.closed).map(|b| b.channel.bit()).sum();
-    // More causes at once than this are rather one that the catalogue lacks, put together from what it has.
+    // More causes at once rather approximate a single effect that the catalogue lacks.
     let few = all.iter().filter(|c| c.share >= constants::trifle()).count() <= constants::most_named();
     let trifles = all.len() > constants::most_named();
     let most = explains_most(found, balances);
@@ -50,7 +50,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (cause, effect) in all.into_iter().zip(&found.best.hypothesis.effects) {
-        // Where a gap stays open, a small share beside it is as likely its shadow.
+        // While a balance is open, a cause with a small share may only compensate for what is missing there.
         let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
         let trifle = trifles && cause.share < constants::trifle();
         let closed = effects::channels(*effect) & open == 0;
@@ -60,7 +60,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
             leads.push(cause);
         }
     }
-    // What shares a balance with a mere lead may only make up for it.
+    // A cause that shares a balance with a lead may only compensate for that lead's error.
     loop {
         let doubtful = acted_on(leads.iter().filter(|c| c.share >= constants::trifle()));
         let shares = |c: &Cause| Effect::from_id(&c.id).is_some_and(|e| effects::channels(e) & doubtful != 0);
@@ -70,7 +70,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
     causes.sort_by(by_share);
     leads.sort_by(by_share);
-    // Causes that the part held back does not confirm leave a gap only where there is one without them.
+    // Without a named cause there is a gap only if a balance is clearly open under the nominal model.
     let any = !found.best.hypothesis.effects.is_empty();
     let plain = |b: &Balance| b.nominal_misfit >= 0.5 * closed_cost(b.channel);
     let unclosed = any && causes.is_empty() && balances.iter().any(plain);
@@ -99,8 +99,8 @@ fn superseded(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
     if extended.terms.is_empty() { Vec::new() } else { foreign_terms::superseded(problem, &extended) }
 }
 
-/// Whether the causes take away more misfit from the balances they act on than they leave: a name for the smaller part
-/// of a gap is a guess.
+/// Whether the causes remove more misfit from the balances they act on than they leave. Otherwise most of the gap has
+/// another reason, and the names would be guesses.
 fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     let touched = touched(found);
     let (mut gained, mut left) = (0.0, 0.0);
@@ -113,8 +113,8 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     left == 0.0 || gained > left
 }
 
-/// Whether enough of what the causes take away is misfit beyond noise, or strain of nominal values: a model that
-/// suppresses noise, such as a large volume or mass that answers nothing, makes balances whiter than white.
+/// Whether enough of the gain is misfit beyond noise, or relief of strained nominal values. A model that suppresses
+/// noise, such as a very large volume or mass, lowers the cost below that of white noise.
 fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
     let touched = touched(found);
     let relieved = found.null.prior_cost - found.best.prior_cost;

@@ -9,11 +9,12 @@ use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use synthesis::blind::{Answer, Class, Entry, Nominal, Outcome, Plan, case_lines, markdown, plans, run as run_suite};
 
-/// Hide effects in synthetic logs, diagnose them, and score the diagnosis.
+/// Hide effects in synthetic logs, diagnose the logs, and score the diagnosis.
 ///
-/// Effect, strength, rig, experiment, noise, jitter and losses are drawn from a printed seed and kept from the diagnosis,
-/// which sees the rig file and the log alone. Any other diagnosis can be scored by the same suite: --diagnosis PROGRAM is
-/// started as `PROGRAM diagnose --rig R.toml --log L.csv --out DIR` and must write DIR/diagnosis.json.
+/// Effect, strength, rig, experiment, noise, jitter and losses are drawn from a printed seed and kept from the
+/// diagnosis, which sees the rig file and the log alone. Any other diagnosis can be scored by the same suite:
+/// --diagnosis PROGRAM is started as `PROGRAM diagnose --rig R.toml --log L.csv --out DIR` and must write
+/// DIR/diagnosis.json.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim blind                                  # 52 logs per class, fresh seed\n  \
@@ -50,7 +51,7 @@ pub(crate) struct Arguments {
     /// A program to score instead of this project's diagnosis
     #[arg(long, value_name = "PROGRAM")]
     diagnosis: Option<PathBuf>,
-    /// Where to write the tables; beside it, as .csv, one line per case
+    /// Where to write the tables; the same name with .csv gets one line per case
     #[arg(long, value_name = "FILE", default_value = "out/blind-results.md", value_parser = tables)]
     out: PathBuf,
 }

@@ -10,12 +10,13 @@ use std::path::PathBuf;
 
 /// Run the firmware's control loop as a co-process, so that any plant model can close the loop around it.
 ///
-/// Per line on standard input "y_ref_m adc_position adc_p_a adc_p_b adc_p_sup" (codes: integers of io.adc_bits) one line
-/// "dac_code state" is answered on standard output, where state is "run" or "safe:REASON". Each line is one tick of
-/// io.tick_hz. The controller starts armed. A malformed line is answered "error ..." and changes nothing.
+/// Per line on standard input "y_ref_m adc_position adc_p_a adc_p_b adc_p_sup" (codes: integers of io.adc_bits) one
+/// line "dac_code state" is answered on standard output, where state is "run" or "safe:REASON". Each line is one tick
+/// of io.tick_hz. The controller starts armed. A malformed line is answered "error ..." and changes nothing.
 ///
-/// The board's model monitor runs too and knows the rig file. By default it only warns, once, on standard error: a plant with
-/// other physics than the rig file's is no fault here. With --monitor trip it leads to the safe state, as on the board.
+/// The board's model monitor runs too and knows the rig file. By default it only warns, once, on standard error: a
+/// plant with other physics than the rig file's is no fault here. With --monitor trip it leads to the safe state, as on
+/// the board.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  \
     echo '0.045 32768 23710 23710 45875' | plant-sim controller --rig rigs/paper-a.toml --stdio\n  \
@@ -29,7 +30,7 @@ pub(crate) struct Arguments {
     /// What the model monitor does when the readings contradict the rig's nominal values
     #[arg(long, value_name = "ACTION", value_enum, default_value_t = MonitorAction::Warn)]
     monitor: MonitorAction,
-    /// Talk over standard input and output (the only way there is; say it so that scripts stay clear)
+    /// Communicate over standard input and output; required, so that a script says what it does
     #[arg(long, required = true)]
     stdio: bool,
 }

@@ -9,17 +9,17 @@ use rig_files::{InputError, Log, RigFile, write_file};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Say what the simulation gets wrong about a measured log, and why.
+/// Say where the simulation differs from a measured log, and name the causes.
 ///
-/// Every effect of the catalogue is a hypothesis, fitted to the log beside the nominal values, which are taken to be known
-/// within the rig file's [tolerance]. A cause is named when it is needed, closes the balance it acts on, and holds on the
-/// part of the log that was kept back. Writes DIR/diagnosis.json, DIR/extended-rig.toml (loadable by every command) and
-/// DIR/report.html. Exit status 0 for any verdict, 2 for bad input.
+/// Every effect of the catalogue is a hypothesis, fitted to the log together with the nominal values, which are known
+/// within the rig file's [tolerance]. A cause is named if the fit needs it, if the balance it acts on is closed with
+/// it, and if the part of the log that was held back confirms it. Writes DIR/diagnosis.json, DIR/extended-rig.toml
+/// (loadable by every command) and DIR/report.html. Exit status 0 for any verdict, 2 for bad input.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
-    plant-sim synthesize --rig rigs/paper-a.toml --hidden --out out/riddle.csv\n  \
-    plant-sim diagnose --rig rigs/paper-a.toml --log out/riddle.csv --out out/riddle\n  \
-    plant-sim run --rig out/riddle/extended-rig.toml\n  \
+    plant-sim synthesize --rig rigs/paper-a.toml --hidden --out out/hidden.csv\n  \
+    plant-sim diagnose --rig rigs/paper-a.toml --log out/hidden.csv --out out/hidden\n  \
+    plant-sim run --rig out/hidden/extended-rig.toml\n  \
     plant-sim diagnose --rig examples/rigs/cylinder-vertical.toml \\\n    \
     --map examples/mappings/cylinder-vertical.toml --log examples/data/cylinder-vertical/strokes.csv --out out/vertical")]
 pub(crate) struct Arguments {

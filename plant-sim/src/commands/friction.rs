@@ -10,10 +10,10 @@ use std::path::PathBuf;
 
 /// Map friction from slow strokes with a measured force: its growth with pressure, direction, ripple along the stroke.
 ///
-/// The known physics stays: area times pressure plus measured force is friction, with the sign of the motion, plus what does
-/// not turn with the motion. Give several recordings at different pressures: each dependence is claimed only if the scatter
-/// between the recordings allows it and if it improves the prediction of recordings left out of the fit. Writes
-/// DIR/friction.json and DIR/friction.html.
+/// Area times pressure plus measured force is friction, which has the sign of the motion, plus any force that keeps its
+/// sign when the motion reverses. Give several recordings at different pressures: a dependence is reported as
+/// established only if it exceeds the scatter between recordings and improves the prediction of recordings left out of
+/// the fit. Writes DIR/friction.json and DIR/friction.html.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  \
     plant-sim friction --rig examples/rigs/piston-friction.toml --map examples/mappings/piston-friction.toml \\\n    \
@@ -94,15 +94,15 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
     }
     let speed = value(&map.speed_n_s_per_m, 1.0e-3);
     out.push(if map.speed_n_s_per_m.established {
-        format!("Beside pressure, runs at higher speed show more friction: {speed} N per mm/s.")
+        format!("At equal pressure, runs at higher speed show more friction: {speed} N per mm/s.")
     } else {
-        format!("A dependence on speed is not established between these runs: {speed} N per mm/s beside pressure.")
+        format!("A dependence on speed is not established between these runs: {speed} N per mm/s at equal pressure.")
     });
     if map.bias_n.established {
         out.push(format!(
-            "The two directions differ: the force loop is off centre by {} N. Read as friction, it is {:.0} % {} towards +y \
-             than on average. Read otherwise, it is a constant force or \
-             a zero error of the force sensor, or an area {:+.1} % off: recordings at held pressures \
+            "The two directions differ: the force loop is off centre by {} N. It may be friction that is {:.0} % {} towards +y \
+             than on average, or a constant force or \
+             a zero error of the force sensor, or an area {:+.1} % off: recordings at constant pressure \
              cannot tell these apart. Turn the piston round, or record at zero pressure, to find out.",
             value(&map.bias_n, 1.0),
             100.0 * map.asymmetry.abs(),
@@ -138,13 +138,13 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
             100.0 * line.holdout_gain,
             line.better_in,
             if line.turns_with_motion {
-                "turns with the motion, as friction does"
+                "changes its sign when the motion reverses, as friction does"
             } else {
-                "keeps its sign when the motion turns: a force of the drive or the guide (a lead screw, for example) \
+                "keeps its sign when the motion reverses: a force of the drive or the guide (a lead screw, for example) \
                  rather than friction"
             }
         )),
-        None => out.push("No ripple along the stroke stands out of its surroundings.".to_string()),
+        None => out.push("No ripple along the stroke stands out in the spectrum.".to_string()),
     }
     out
 }
@@ -193,7 +193,7 @@ fn page(map: &FrictionMap, sentences: &[String]) -> Page {
         Plot::new("Friction (half the force loop) against pressure", "pressure across the piston, bar", "friction, N")
             .with(Series::dots("recordings", x.clone(), map.runs.iter().map(|run| run.friction_n).collect()))
             .with(Series::line("line through all", vec![0.0, highest], vec![at(0.0), at(highest)]).dashed()),
-        Plot::new("What does not turn with the motion", "pressure across the piston, bar", "force, N")
+        Plot::new("Force that keeps its sign when the motion reverses", "pressure across the piston, bar", "force, N")
             .with(Series::dots("recordings", x, map.runs.iter().map(|run| run.bias_n).collect()))
             .marker(Marker::Horizontal(0.0)),
     ];

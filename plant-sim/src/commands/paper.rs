@@ -6,7 +6,7 @@ use report_html::{Page, Table, svg};
 use rig_files::write_file;
 use std::path::PathBuf;
 
-/// Compute the paper's figures 5, 6, 8, 10, 11 and 13 anew and say, claim by claim, whether the simulation bears it out.
+/// Compute the paper's figures 5, 6, 8, 10, 11 and 13 anew and say, claim by claim, whether the simulation confirms it.
 ///
 /// Writes one HTML page and one picture (SVG) per figure.
 #[derive(clap::Args, Debug)]

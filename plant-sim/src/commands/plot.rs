@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     /// Log (CSV), or the output of simulate
     #[arg(value_name = "LOG")]
     log: PathBuf,
-    /// Where to write the page; by default beside the log, with the ending .html
+    /// Where to write the page; by default next to the log, with the ending .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Also write the plots as one picture (SVG)

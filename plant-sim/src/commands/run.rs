@@ -1,6 +1,7 @@
 //! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
 
 use super::CliError;
+use control::Key;
 use control::{Mode, Reason};
 use plant_sim::charts;
 use plant_sim::controller;
@@ -107,7 +108,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn check(arguments: &Arguments) -> Result<(), CliError> {
     super::in_range("--duration", arguments.duration, 0.1, 600.0, "seconds")?;
-    super::in_range("--target", arguments.target, -7.9, 7.9, "metres from mid-stroke")?;
+    let positions = &Key::position_range_m.row().limits;
+    super::in_range("--target", arguments.target, positions.low, positions.high, "metres from mid-stroke")?;
     super::in_range("--noise-position", arguments.noise_position, 0.0, 0.1, "metres")?;
     super::in_range("--noise-pressure", arguments.noise_pressure, 0.0, 1.0e6, "pascals")?;
     if arguments.target == 0.0 {

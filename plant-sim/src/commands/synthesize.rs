@@ -10,14 +10,14 @@ use synthesis::{Case, Cause, Chain, Family, Foreign, Law, Which, strength, true_
 
 /// Make a log of a synthetic rig, with effects you choose or that stay hidden from you.
 ///
-/// The synthetic rig has its own equations and integrator, apart from those the diagnosis fits with. It runs a realistic
-/// experiment and is recorded with noise, 12-bit pressures over 10 bar, and on request jitter and losses. The rig file is
-/// what the diagnosis will be told; --nominal-error lets the true rig differ from it.
+/// The synthetic rig has its own equations and integrator, independent of those that the diagnosis fits. It runs a
+/// realistic experiment and is recorded with noise, 12-bit pressures over 10 bar, and on request jitter and losses. The
+/// diagnosis sees the rig file; --nominal-error lets the true rig differ from it.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim synthesize --rig rigs/paper-a.toml --effect leak-cross-piston:conductance_kg_per_s_pa=2e-10 --out leak.csv\n  \
     plant-sim synthesize --rig rigs/paper-c.toml --effect valve-lag --effect payload-mass --seed 3 --out two.csv\n  \
-    plant-sim synthesize --rig rigs/paper-b.toml --hidden --out riddle.csv --truth answer.toml\n\n\
+    plant-sim synthesize --rig rigs/paper-b.toml --hidden --out hidden.csv --truth answer.toml\n\n\
 An effect without values gets everyday strength, drawn from the seed. Identifiers beginning with foreign- are outside the\n\
 catalogue: a diagnosis must not name anything for them.")]
 pub(crate) struct Arguments {
@@ -35,10 +35,10 @@ pub(crate) struct Arguments {
     /// Strength of drawn effects: 1 is everyday, 0.25 weak
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     strength: f64,
-    /// Write what was hidden to this file (TOML); without it nothing says so
+    /// Write the hidden effects to this file (TOML); without it they are written nowhere
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Everything random follows from this; printed, and drawn if not given
+    /// Seed of everything random; printed, and drawn if not given
     #[arg(long)]
     seed: Option<u64>,
     /// identification, everyday, mixed, poor-still, poor-one-way, poor-small
@@ -71,10 +71,10 @@ pub(crate) struct Arguments {
     /// Stretches of blank fields per second and column
     #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative)]
     blanks: f64,
-    /// When the log begins after the experiment: in the middle of things
+    /// Cut this much off the beginning, so that the log begins while the rig is at work
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = not_negative)]
     begins: f64,
-    /// Columns to record besides t_s and y_m
+    /// Columns to record in addition to t_s and y_m
     #[arg(long, value_delimiter = ',', value_parser = column, default_value = "u_v,p_a_pa,p_b_pa,p_sup_pa,y_ref_m")]
     columns: Vec<Column>,
 }

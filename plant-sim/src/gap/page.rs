@@ -75,15 +75,12 @@ fn describe(page: &mut Page, cause: &Cause) {
         let ties: Vec<String> = cause.ties.iter().map(|id| format!("{} (`{id}`)", title(id))).collect();
         page.callout(
             Tone::Caution,
-            format!(
-                "This log cannot tell it from: {}. Which one it is, only another recording can say.",
-                ties.join(", ")
-            ),
+            format!("This log cannot tell it from: {}. Only another recording can separate them.", ties.join(", ")),
         );
     }
 }
 
-/// What no named cause closes: where it sits, and which effects come near without closing it.
+/// What no named cause explains: the open balances, and the leads.
 fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
     let open: Vec<_> = diagnosis.balances.iter().filter(|balance| !balance.closed).collect();
     let whole = diagnosis.gain.map(|gain| gain.holdout).filter(|holdout| !holdout.closed());
@@ -112,11 +109,11 @@ fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
     if let Some(description) = &diagnosis.description {
         let taken = 100.0 * description.holdout_share;
         page.text(format!(
-            "As a description, not a name: on the part of the log held back, these terms together {} of the misfit of the \
+            "A description, not a cause: on the part of the log held back, these terms together {} of the misfit of the \
              balances they act on.",
             if taken >= 0.0 { format!("take away {taken:.0} %") } else { "take away nothing".to_string() }
         ));
-        let mut table = Table::new(["balance", "what is missing would be", "in closed form", "c"]);
+        let mut table = Table::new(["balance", "missing term", "in closed form", "c"]);
         for term in &description.terms {
             let balances: Vec<&str> = term.channels.iter().map(|channel| balance_name(*channel)).collect();
             table.row([
@@ -130,8 +127,8 @@ fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
     }
     if !diagnosis.leads.is_empty() {
         page.text(
-            "These effects lower the misfit without closing it. They are hints to where to look, not names: something that \
-             resembles them is at work.",
+            "These effects lower the misfit, but they are not proven causes. They are leads: the true cause may act \
+             in a similar way.",
         );
         let mut table = Table::new(["resembles", "as"]);
         for lead in &diagnosis.leads {
@@ -187,7 +184,7 @@ fn balances(page: &mut Page, diagnosis: &Diagnosis) {
     if diagnosis.balances.is_empty() {
         return;
     }
-    let mut table = Table::new(["balance", "misfit before", "misfit after", "what is left varies", ""]);
+    let mut table = Table::new(["balance", "misfit before", "misfit after", "long-run variance", ""]);
     for balance in &diagnosis.balances {
         table.row([
             balance_name(balance.channel).to_string(),
@@ -198,8 +195,8 @@ fn balances(page: &mut Page, diagnosis: &Diagnosis) {
         ]);
     }
     page.table(table.caption(
-        "Each balance by itself, in multiples of what noise alone would give (1 is perfect). The slow variation of what is \
-         left tells whether it still has a shape.",
+        "Each balance by itself, in multiples of what noise alone would give (1 is perfect). A long-run variance above 1 means \
+         that the remaining errors are correlated.",
     ));
 }
 
@@ -350,7 +347,7 @@ fn log_quality(page: &mut Page, diagnosis: &Diagnosis) {
     let q = &diagnosis.log.quality;
     page.text(format!(
         "{} usable samples, usually {} ms apart (irregular by {:.1} %); {} interruption{}, {} row{} left out because a \
-         field was blank. Gaps are never bridged.",
+         field was blank. Nothing is interpolated.",
         q.samples,
         significant(q.interval_s * 1e3, 3),
         100.0 * q.jitter,

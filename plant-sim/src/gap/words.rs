@@ -31,7 +31,7 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         // One chamber's pressure and the position: only vented strokes were judged.
         Verdict::NoGap if diagnosis.balances.is_empty() => (
             Tone::Neutral,
-            "Nothing is shown to be wrong, but this log lets little be judged: see what it cannot tell.".to_string(),
+            "Nothing is proven wrong, but little can be judged from this log: see what it says nothing about.".to_string(),
         ),
         Verdict::PartlyExplained if diagnosis.balances.is_empty() => (
             Tone::Caution,
@@ -59,14 +59,14 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         ),
         Verdict::Unexplained => (
             Tone::Bad,
-            "There is a gap, and no known cause closes it. Where it sits is shown below; no name is given because a wrong \
-             one would be worse than none."
+            "There is a gap, and no known cause explains it. The balances in which it shows are listed below. No cause is \
+             named, because a wrong name would be worse than none."
                 .to_string(),
         ),
     }
 }
 
-/// How far a nominal value was moved, beside its tolerance.
+/// How far a nominal value was corrected, compared with its tolerance.
 pub(crate) fn how_far(value: &Calibration) -> String {
     match value.tolerances() {
         times if times <= 1.0 => "within its stated tolerance".to_string(),
@@ -74,8 +74,8 @@ pub(crate) fn how_far(value: &Calibration) -> String {
     }
 }
 
-/// Share of the avoidable error that is gone: 1 when the extended rig predicts as well as noise allows; `None` where there
-/// is nothing to close.
+/// Share of the avoidable error that is gone: 1 when the extended rig predicts as well as noise allows; `None` where
+/// there is nothing to close.
 pub(crate) fn closed(baseline: f64, extended: f64, floor: f64) -> Option<f64> {
     let gap = baseline - floor;
     // A gap of a twentieth of the floor is none.
@@ -124,12 +124,12 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         }
     }
     for lead in &diagnosis.leads {
-        let _ = writeln!(text, "\nA hint, not a name: something resembles {} ({}).", title(&lead.id), lead.id);
+        let _ = writeln!(text, "\nA lead, not a proven cause: {} ({}).", title(&lead.id), lead.id);
         let _ = writeln!(text, "   {}", lead.evidence);
     }
     if let Some(description) = &diagnosis.description {
         let words: Vec<&str> = description.terms.iter().map(|term| term.words).collect();
-        let _ = writeln!(text, "\nWhat is missing behaves like {}: a description, not a name.", words.join(", and "));
+        let _ = writeln!(text, "\nThe model lacks a term like {}: a description, not a cause.", words.join(", and "));
     }
     for value in &diagnosis.calibration {
         let percent = 100.0 * (value.value / value.nominal - 1.0);
