@@ -137,7 +137,7 @@ pub struct Gain {
 /// How much of a balance's error depends on one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Dependence {
-    /// See [`Quantity::id`]; `v_even` and `v_odd` are the parts of the dependence on velocity that are alike and
+    /// See [`Quantity::id`](crate::Quantity::id); `v_even` and `v_odd` are the parts of the dependence on velocity that are alike and
     /// opposite in the two directions of motion.
     pub quantity: &'static str,
     /// Share of the variance of the nominal rig's errors, 0 to 1.

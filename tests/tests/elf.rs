@@ -7,7 +7,9 @@ use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use std::collections::{BTreeMap, BTreeSet};
 
 const FLASH_LIMIT: u64 = 96 * 1024;
-const RAM_LIMIT: u64 = 24 * 1024;
+const RAM_LIMIT: u64 = 64 * 1024;
+/// Stack that stays unused at the deepest call: room for what a change adds unseen.
+const FREE_STACK: u64 = 4 * 1024;
 /// Words pushed by the core when an interrupt is taken with floating-point context, and alignment.
 const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
 /// The two places where the control interrupt may use floating point.
@@ -222,7 +224,10 @@ fn the_control_interrupt_cannot_panic_divide_64_bits_or_call_the_unknown_and_the
     println!("flash {flash} B of {FLASH_LIMIT}; RAM {ram} B of {RAM_LIMIT}, of which stack {region}");
     assert!(flash <= FLASH_LIMIT);
     assert!(ram <= RAM_LIMIT);
-    assert!(u64::from(stack) <= region, "the stack may need {stack} B of {region}");
+    assert!(
+        u64::from(stack) + FREE_STACK <= region,
+        "the stack may need {stack} B of {region}, {FREE_STACK} must stay free"
+    );
     // Below RAM there is nothing: an overflow is a fault at its first access.
     assert_eq!(symbol("_stack_end"), 0x2000_0000);
 }
