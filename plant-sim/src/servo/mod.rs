@@ -12,6 +12,7 @@ pub mod bench;
 pub mod hold;
 pub mod inversion;
 pub mod learning;
+pub mod margins;
 pub mod observer;
 pub mod reference;
 pub mod stick;

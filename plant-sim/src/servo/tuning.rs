@@ -77,23 +77,10 @@ impl Tuning {
     /// The rule; `lag_s` is the lag of the valve's spool.
     #[must_use]
     pub fn of(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> Self {
-        let (gas, valve, cylinder, friction) = (&rig.gas, &rig.valve, &rig.cylinder, &rig.friction);
-        let p = rig.equilibrium_pressure_pa();
-        let area = cylinder.area_m2;
-        let stiffness =
-            gas.heat_capacity_ratio * area * area * p * (1.0 / cylinder.volume_a0_m3 + 1.0 / cylinder.volume_b0_m3);
-        let natural_w = (stiffness / rig.load.mass_kg).sqrt();
-        let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
-        let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
-        let angle = (2.0 * (valve.max_voltage_v - centre_v.abs() - half_v)).atan();
-        let speed = gas.gas_constant_j_per_kg_k
-            * gas.temperature_k
-            * valve.fill_coefficient_kg_per_s_pa
-            * (rig.supply.pressure_pa - p)
-            * angle
-            / (area * p);
-        let jerk = speed * natural_w * natural_w;
-        let law_w = (0.32 / (1.5 * tick_s + lag_s)).min((jerk / 0.5e-3).cbrt());
+        let (valve, friction) = (&rig.valve, &rig.friction);
+        let Air { speed, natural_w, jerk, centre_v, half_v } = air(rig);
+        let [by_delay, by_jerk] = law_bandwidths(rig, lag_s, tick_s);
+        let law_w = by_delay.min(by_jerk);
         Self {
             tick_s,
             limits: Limits { speed: 0.85 * speed, acceleration: 0.65 * speed * natural_w, jerk: 0.51 * jerk },
@@ -147,4 +134,34 @@ impl Tuning {
         };
         self
     }
+}
+
+/// What the air can do at mid-stroke.
+struct Air {
+    speed: f64,
+    natural_w: f64,
+    jerk: f64,
+    centre_v: f64,
+    half_v: f64,
+}
+
+fn air(rig: &Rig<f64>) -> Air {
+    let (gas, valve, cylinder) = (&rig.gas, &rig.valve, &rig.cylinder);
+    let p = rig.equilibrium_pressure_pa();
+    let area = cylinder.area_m2;
+    let stiffness =
+        gas.heat_capacity_ratio * area * area * p * (1.0 / cylinder.volume_a0_m3 + 1.0 / cylinder.volume_b0_m3);
+    let natural_w = (stiffness / rig.load.mass_kg).sqrt();
+    let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
+    let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
+    let angle = (2.0 * (valve.max_voltage_v - centre_v.abs() - half_v)).atan();
+    let flow = gas.gas_constant_j_per_kg_k * gas.temperature_k * valve.fill_coefficient_kg_per_s_pa;
+    let speed = flow * (rig.supply.pressure_pa - p) * angle / (area * p);
+    Air { speed, natural_w, jerk: speed * natural_w * natural_w, centre_v, half_v }
+}
+
+/// Bandwidths of the law that delay and lag allow, and that the air's jerk allows for an error of half a millimetre, rad/s.
+#[must_use]
+pub fn law_bandwidths(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> [f64; 2] {
+    [0.32 / (1.5 * tick_s + lag_s), (air(rig).jerk / 0.5e-3).cbrt()]
 }
