@@ -14,7 +14,7 @@ impl Stick {
     /// Rate of force, N/s, while the piston sticks off its target; `None` while it moves or has arrived. `mean` is error,
     /// velocity and force over the last few ticks.
     pub fn rate(&mut self, resting: bool, mean: &[f64; 3], force: f64, tuning: &Tuning) -> Option<f64> {
-        let [error, v, _] = *mean;
+        let ([error, v, _], w) = (*mean, tuning.law_w);
         if !resting || v.abs() > tuning.stick_speed {
             *self = Self::default();
             return None;
@@ -24,8 +24,11 @@ impl Stick {
             self.force = force;
             return None;
         }
-        // What the law would ask of a standing piston, sped up; the force may fall behind by the dead zone's error.
-        let rate = tuning.stick_gain * tuning.mass * tuning.law_w.powi(3) * error;
+        // The law without acceleration and with means, sped up; the force may fall behind by the dead zone's error.
+        // Below half its limit the mean velocity is mostly noise and would keep the valve awake.
+        let noise = 0.5 * tuning.stick_speed;
+        let creep = v - v.clamp(-noise, noise);
+        let rate = tuning.stick_gain * tuning.mass * w * w * (w * error - 6.0 * creep);
         let most = 2.0 * tuning.coulomb;
         self.force = (self.force + rate * tuning.tick_s).clamp(force - most, force + most);
         Some(rate + tuning.stick_force_rate * (self.force - force))

@@ -104,7 +104,7 @@ impl Tuning {
             hold_ticks: (10e-3 / tick_s) as u32,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
-            stick_gain: 2.0,
+            stick_gain: 3.0,
             stick_force_rate: law_w / 1.5,
             rates: Rates::default(),
         }
