@@ -28,6 +28,7 @@ pub mod paper;
 pub mod probe;
 pub mod recording;
 pub mod sensors;
+pub mod servo;
 pub mod stdio;
 pub mod sweep;
 pub mod telemetry;

@@ -19,6 +19,7 @@ pub(crate) mod run;
 pub(crate) mod simulate;
 pub(crate) mod sweep;
 pub(crate) mod synthesize;
+pub(crate) mod tune;
 
 use report_html::Table;
 use rig_files::InputError;

@@ -1,0 +1,90 @@
+//! `plant-sim tune`: the positioning law's constants for a rig, with margins and a verdict.
+
+use super::{CliError, RigArgument, in_range, text_table};
+use plant_model::Effect;
+use plant_sim::servo::margins::{Demand, Margins, move_time_s, shortfalls};
+use plant_sim::servo::{Tuning, tuning::law_bandwidths};
+use report_html::Table;
+use rig_files::RigFile;
+
+/// Work out the positioning law's constants for a rig, its margins, and whether the rig can do what is asked.
+///
+/// One rule for every rig (docs/control-law.md). The firmware does not run this law yet: the constants are those of its f64
+/// reference, which `cargo run --release -p plant-sim --example positioning` measures.
+#[derive(clap::Args, Debug)]
+#[command(after_long_help = "EXAMPLE\n  plant-sim tune --rig rigs/paper-a.toml --move-mm 45 --within-s 0.3")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    rig: RigArgument,
+    /// Lag of the valve's spool, ms; by default that of the rig file's effect valve-lag, else 1.7
+    #[arg(long, value_name = "MS")]
+    lag_ms: Option<f64>,
+    /// Length of a move, mm
+    #[arg(long, value_name = "MM", default_value_t = 45.0)]
+    move_mm: f64,
+    /// Time in which the move is wanted, s
+    #[arg(long, value_name = "S", default_value_t = 0.35)]
+    within_s: f64,
+    /// Standard deviation of the noise in a position code, um
+    #[arg(long, value_name = "UM", default_value_t = 20.0)]
+    noise_um: f64,
+    /// Error allowed at rest, um
+    #[arg(long, value_name = "UM", default_value_t = 45.0)]
+    rest_um: f64,
+}
+
+/// Lag of a fast proportional valve, s.
+const USUAL_LAG_S: f64 = 1.7e-3;
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let file = RigFile::read(&arguments.rig.rig)?;
+    let stroke_mm = file.rig.cylinder.stroke_m * 1e3;
+    in_range("--lag-ms", arguments.lag_ms.unwrap_or(0.0), 0.0, 1000.0, "ms")?;
+    in_range("--move-mm", arguments.move_mm, 0.2, stroke_mm, "mm, up to the stroke")?;
+    in_range("--within-s", arguments.within_s, 1e-3, 1e3, "s")?;
+    in_range("--noise-um", arguments.noise_um, 0.0, 1e5, "um")?;
+    in_range("--rest-um", arguments.rest_um, 1.0, 1e5, "um")?;
+    let known = file.effects.get(Effect::ValveLag).map(|values| values[0]);
+    let lag_s = arguments.lag_ms.map(|ms| ms * 1e-3).or(known).unwrap_or(USUAL_LAG_S);
+    let tick_s = file.io.tick_s();
+    let tuning = Tuning::of(&file.rig, lag_s, tick_s);
+    let demand = Demand {
+        move_m: arguments.move_mm * 1e-3,
+        within_s: arguments.within_s,
+        noise_m: arguments.noise_um * 1e-6,
+        rest_m: arguments.rest_um * 1e-6,
+    };
+
+    let [by_delay, by_jerk] = law_bandwidths(&file.rig, lag_s, tick_s);
+    let row = |name: &str, value: String, from: &str| vec![name.to_string(), value, from.to_string()];
+    say!("{}: lag of the spool {:.1} ms, {:.0} ticks a second\n", file.name, lag_s * 1e3, 1.0 / tick_s);
+    let limits = tuning.limits;
+    let mut constants = Table::new(["constant", "value", "from"]);
+    constants.rows = vec![
+        row("speed", format!("{:.3} m/s", limits.speed), "0.85 of what the flow holds up"),
+        row("acceleration", format!("{:.2} m/s2", limits.acceleration), "0.65 of that speed times w_n"),
+        row("jerk", format!("{:.1} m/s3", limits.jerk), "0.51 of that speed times w_n squared"),
+        row("law", format!("{:.1} rad/s", tuning.law_w), if by_delay < by_jerk { "delay and lag" } else { "jerk" }),
+        row("observer", format!("{:.1} rad/s", tuning.observer_w), "1.7 times the law"),
+        row("force", format!("{:.0} 1/s", tuning.force_rate), "pressure noise"),
+        row("friction at start", format!("{:.1} N", tuning.coulomb_start * tuning.coulomb), "0.55 of nominal"),
+    ];
+    say!("{}", text_table(&constants));
+    let margins = Margins::of(&tuning);
+    say!(
+        "margins of the loop without observer: {:.0} degrees at {:.0} rad/s, {:.1} ms, flow times {:.1}",
+        margins.phase_deg,
+        margins.crossover,
+        margins.delay_s * 1e3,
+        margins.gain
+    );
+    say!("a move of {:.1} mm: about {:.3} s", arguments.move_mm, move_time_s(&tuning, demand.move_m));
+    let lacking = shortfalls(&file.rig, &tuning, &demand);
+    if lacking.is_empty() {
+        say!("verdict: the rig can do what is asked");
+    }
+    for sentence in lacking {
+        say!("verdict: {sentence}");
+    }
+    Ok(())
+}

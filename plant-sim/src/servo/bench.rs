@@ -1,0 +1,191 @@
+//! The law on a simulated rig in the set-up of the study: codes of 16 bits over the stroke, DAC of 12 bits over ±5 V, 1 kHz,
+//! noise of 20 um and 400 Pa in a code, output one tick late.
+
+use super::{Readings, Servo};
+use crate::sensors::{CodeNoise, SensorChannel, channels, quantities};
+use plant_model::{Effects, ParameterError, Rig, Simulator, State};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand_distr::{Distribution, StandardNormal};
+use rig_files::Io;
+
+/// A simulated rig with the law closed around it.
+pub struct Bench {
+    simulator: Simulator<f64>,
+    io: Io,
+    sensors: [SensorChannel; 4],
+    rng: Xoshiro256PlusPlus,
+    /// The law with its memory.
+    pub servo: Servo,
+    code: u32,
+}
+
+impl Bench {
+    /// A rig at rest at mid-stroke with `effects`, `noise` times the study's sensor noise; the law may know another rig.
+    ///
+    /// # Errors
+    /// The plant refuses a parameter.
+    pub fn new(
+        rig: &Rig<f64>,
+        effects: &Effects<f64>,
+        servo: Servo,
+        noise: f64,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
+        let half = servo.rig.cylinder.stroke_m / 2.0;
+        let io = Io { position_range_m: [-half, half], ..Io::default() };
+        Ok(Self {
+            simulator: Simulator::new(rig, effects)?,
+            sensors: channels(&io, &CodeNoise { position_m: 20e-6 * noise, pressure_pa: 400.0 * noise }),
+            rng: Xoshiro256PlusPlus::seed_from_u64(seed),
+            code: io.valve().code(0.0),
+            servo,
+            io,
+        })
+    }
+
+    /// The true state of the rig.
+    #[must_use]
+    pub fn state(&self) -> &State<f64> {
+        self.simulator.state()
+    }
+
+    /// The command that acts from the next tick on, V.
+    #[must_use]
+    pub fn command_v(&self) -> f64 {
+        self.io.valve().quantity(self.code)
+    }
+
+    /// One tick; returns the true position at its begin and the code that is computed in it.
+    pub fn tick(&mut self, target: f64) -> (f64, u32) {
+        let truth = quantities(&self.simulator.measure());
+        let codes: [u16; 4] =
+            std::array::from_fn(|n| self.sensors[n].code(truth[n], StandardNormal.sample(&mut self.rng)));
+        let pressure = self.io.pressure();
+        let readings = Readings {
+            y: self.io.position().quantity(codes[0].into()),
+            p_a: pressure.quantity(codes[1].into()),
+            p_b: pressure.quantity(codes[2].into()),
+            p_sup: pressure.quantity(codes[3].into()),
+        };
+        let y = self.simulator.state().y_m;
+        let next = self.io.valve().code(self.servo.step(target, &readings));
+        let acting = self.io.valve().quantity(self.code);
+        self.simulator.advance(acting, self.servo.tuning.tick_s);
+        self.code = next;
+        (y, next)
+    }
+}
+
+/// What became of a move.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Move {
+    /// After this time the error stays within 0.1 mm; infinite where it does not, s.
+    pub settled_s: f64,
+    /// Beyond the target, m.
+    pub overshoot_m: f64,
+    /// Largest error in the last second, m.
+    pub rest_error_m: f64,
+    /// Peak to peak in the last second, m.
+    pub rest_peak_m: f64,
+    /// Changes of the code in the last second.
+    pub changes: u32,
+    /// Farthest from the start, m.
+    pub furthest_m: f64,
+}
+
+/// Moves to `target` in m and watches for `ticks`.
+pub fn step(bench: &mut Bench, target: f64, ticks: u32) -> Move {
+    let start = bench.simulator.state().y_m;
+    let side = (target - start).signum();
+    let rest = ticks.saturating_sub(1000);
+    let mut seen = Move::default();
+    let (mut low, mut high, mut last) = (f64::INFINITY, f64::NEG_INFINITY, None);
+    for tick in 0..ticks {
+        let (y, code) = bench.tick(target);
+        if (y - target).abs() > 1e-4 {
+            seen.settled_s = f64::from(tick + 1) * bench.servo.tuning.tick_s;
+        }
+        seen.overshoot_m = seen.overshoot_m.max(side * (y - target));
+        seen.furthest_m = seen.furthest_m.max((y - start).abs());
+        if tick >= rest {
+            seen.rest_error_m = seen.rest_error_m.max((y - target).abs());
+            (low, high) = (low.min(y), high.max(y));
+            seen.changes += u32::from(last.is_some_and(|last| last != code));
+            last = Some(code);
+        }
+    }
+    seen.rest_peak_m = high - low;
+    if (bench.simulator.state().y_m - target).abs() > 1e-4 {
+        seen.settled_s = f64::INFINITY;
+    }
+    seen
+}
+
+/// Peak and root mean square of the error to a sine, after its first period.
+#[must_use]
+pub fn sine(bench: &mut Bench, amplitude: f64, hz: f64) -> (f64, f64) {
+    let (mut peak, mut sum) = (0.0_f64, 0.0);
+    let ticks = (3.0 / hz * 1000.0) as u32;
+    let first = ticks / 3;
+    for tick in 0..ticks {
+        let target = |tick: u32| amplitude * (2.0 * std::f64::consts::PI * hz * f64::from(tick) * 1e-3).sin();
+        let (y, _) = bench.tick(target(tick));
+        if tick >= first {
+            let error = y - target(tick);
+            peak = peak.max(error.abs());
+            sum += error * error;
+        }
+    }
+    (peak, (sum / f64::from(ticks - first)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Tuning;
+    use super::*;
+    use plant_model::Effect;
+
+    fn bench(mut rig: Rig<f64>, seed: u64) -> Bench {
+        (rig.valve.dead_zone_right_v, rig.valve.dead_zone_left_v) = (0.42, -0.42);
+        let servo = Servo::new(&rig, Tuning::of(&rig, 1.7e-3, 1.0e-3));
+        let effects = Effects::none().with(Effect::ValveLag, &[1.7e-3]);
+        Bench::new(&rig, &effects, servo, 1.0, seed).expect("a valid rig")
+    }
+
+    #[test]
+    fn on_every_case_a_move_of_45_mm_arrives_hardly_passes_its_target_and_then_rests_on_a_silent_valve() {
+        for (rig, within_s) in [(Rig::paper_a(), 0.30), (Rig::paper_b(), 0.35), (Rig::paper_c(), 0.28)] {
+            for seed in 0..5 {
+                let seen = step(&mut bench(rig, seed), 0.045, 2500);
+                assert!(seen.settled_s < within_s, "seed {seed}: {seen:?}");
+                assert!(seen.overshoot_m < 1.5e-4, "seed {seed}: {seen:?}");
+                assert!(seen.rest_error_m < 4.5e-5, "seed {seed}: {seen:?}");
+                assert!(seen.changes <= 2, "seed {seed}: {seen:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_streamed_sine_is_followed_within_1_2_percent_of_its_amplitude() {
+        for (rig, amplitude) in [(Rig::paper_a(), 0.05), (Rig::paper_b(), 0.05), (Rig::paper_c(), 0.03)] {
+            let (peak, rms) = sine(&mut bench(rig, 1), amplitude, 0.5);
+            assert!(peak < 0.012 * amplitude && rms < 0.002 * amplitude, "peak {peak} m, rms {rms} m");
+        }
+    }
+
+    #[test]
+    fn targets_that_jump_each_tick_never_drive_the_piston_50_percent_beyond_them() {
+        for rig in [Rig::paper_a(), Rig::paper_b(), Rig::paper_c()] {
+            let mut bench = bench(rig, 1);
+            let mut furthest = 0.0_f64;
+            for tick in 0..4000_u32 {
+                let (y, _) = bench.tick(if tick.wrapping_mul(2_654_435_761) >> 31 == 0 { 0.04 } else { -0.04 });
+                furthest = furthest.max(y.abs());
+            }
+            assert!(furthest < 0.06, "{furthest} m");
+            let seen = step(&mut bench, 0.0, 2000);
+            assert!(seen.settled_s < 1.0, "{seen:?}");
+        }
+    }
+}

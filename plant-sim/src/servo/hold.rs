@@ -1,0 +1,54 @@
+//! Hold: a silent valve once the piston rests on its target.
+
+use super::tuning::Tuning;
+
+/// Whether the valve is held in the middle of its dead zone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hold {
+    /// Holding now.
+    pub on: bool,
+    ticks: u32,
+    target: f64,
+    force: f64,
+    pulse: f64,
+    /// Mean error, velocity and force over the last few ticks.
+    pub mean: [f64; 3],
+}
+
+impl Hold {
+    /// Decides whether to hold this tick. `resting` says that the reference has arrived.
+    pub fn decide(&mut self, target: f64, resting: bool, now: [f64; 3], tuning: &Tuning) -> bool {
+        for (mean, now) in self.mean.iter_mut().zip(now) {
+            *mean += tuning.rates.hold_mean * (now - *mean);
+        }
+        let [error, v, force] = self.mean;
+        let [enter, leave] = tuning.hold_m;
+        if self.on {
+            if (target - self.target).abs() > 5e-6 || error.abs() > leave {
+                self.on = false;
+                self.ticks = 0;
+            }
+        } else if resting && error.abs() < enter && v.abs() < tuning.hold_speed {
+            self.ticks += 1;
+            if self.ticks >= tuning.hold_ticks {
+                (self.on, self.target, self.force, self.pulse) = (true, target, force, 0.0);
+            }
+        } else {
+            self.ticks = 0;
+        }
+        self.on
+    }
+
+    /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse when the force has drifted by
+    /// `allowed` newton.
+    pub fn restoring_rate(&mut self, allowed: f64) -> f64 {
+        let drift = self.force - self.mean[2];
+        if drift.abs() > allowed {
+            self.pulse = drift.signum();
+        }
+        if drift * self.pulse <= 0.0 {
+            self.pulse = 0.0;
+        }
+        self.pulse * allowed / 0.010
+    }
+}

@@ -1,0 +1,178 @@
+//! What the tuned law can do and how far it is from its limits: margins of the loop, time of a move, and what would have to
+//! change where a demand is not met.
+
+use super::reference::Motion;
+use super::tuning::{Tuning, law_bandwidths};
+use plant_model::Rig;
+
+/// Margins of the loop of three integrators that the inversion leaves, with valve lag and delay, before the observer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// Crossover, rad/s.
+    pub crossover: f64,
+    /// Phase margin, degrees.
+    pub phase_deg: f64,
+    /// Delay beyond lag and output delay at which the loop oscillates, s.
+    pub delay_s: f64,
+    /// Factor on the valve's flow at which the loop oscillates.
+    pub gain: f64,
+}
+
+/// What the rig is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// Length of a move, m.
+    pub move_m: f64,
+    /// Time for it, s.
+    pub within_s: f64,
+    /// Standard deviation of the position's noise, m.
+    pub noise_m: f64,
+    /// Error allowed at rest, m.
+    pub rest_m: f64,
+}
+
+/// Noise of the position over the error at which hold leaves: from 20 um of noise and 45 um.
+const NOISE_OVER_REST: f64 = 20.0 / 45.0;
+
+impl Margins {
+    /// Of the loop `(3 w s² + 3 w² s + w³) / s³ · exp(-1.5 T s) / (1 + lag s)`.
+    #[must_use]
+    pub fn of(tuning: &Tuning) -> Self {
+        let (w, delay) = (tuning.law_w, 1.5 * tuning.tick_s);
+        let gain = |x: f64| {
+            let (real, imaginary) = (w.powi(3) - 3.0 * w * x * x, 3.0 * w * w * x);
+            real.hypot(imaginary) / (x.powi(3) * (tuning.lag_s * x).hypot(1.0))
+        };
+        let phase = |x: f64| {
+            let numerator = (3.0 * w * w * x).atan2(w.powi(3) - 3.0 * w * x * x);
+            numerator - 1.5 * std::f64::consts::PI - delay * x - (tuning.lag_s * x).atan()
+        };
+        // Both fall with frequency beyond w.
+        let zero = |of: &dyn Fn(f64) -> f64| {
+            let (mut low, mut high) = (w, 100.0 * w);
+            for _ in 0..60 {
+                let middle = (low * high).sqrt();
+                if of(middle) > 0.0 { low = middle } else { high = middle }
+            }
+            low
+        };
+        let crossover = zero(&|x| gain(x) - 1.0);
+        let margin = phase(crossover) + std::f64::consts::PI;
+        let turn = zero(&|x| phase(x) + std::f64::consts::PI);
+        Self { crossover, phase_deg: margin.to_degrees(), delay_s: margin / crossover, gain: 1.0 / gain(turn) }
+    }
+}
+
+/// Time that the reference and the law's last three time constants take for a move of `distance` m, s.
+#[must_use]
+pub fn move_time_s(tuning: &Tuning, distance: f64) -> f64 {
+    let t = tuning.tick_s;
+    let aim = Motion { y: distance, ..Motion::default() };
+    let mut motion = Motion::default();
+    let mut ticks = 0;
+    while (motion.y - distance).abs() > 1e-4 && ticks < 1_000_000 {
+        motion = motion.after(motion.jerk_towards(distance, &tuning.limits, t), t).arrived(&aim, &tuning.limits, t);
+        ticks += 1;
+    }
+    f64::from(ticks) * t + 3.0 / tuning.law_w
+}
+
+/// What the rig cannot do of what is asked, each as a sentence with the number that would do; empty if it can.
+#[must_use]
+pub fn shortfalls(rig: &Rig<f64>, tuning: &Tuning, demand: &Demand) -> Vec<String> {
+    let mut said = Vec::new();
+    let needs = |tuning: &Tuning| move_time_s(tuning, demand.move_m);
+    let time_s = needs(tuning);
+    if time_s > demand.within_s {
+        let with = |factor: f64| {
+            let mut larger = *rig;
+            larger.valve.fill_coefficient_kg_per_s_pa *= factor;
+            larger.valve.exhaust_coefficient_kg_per_s_pa *= factor;
+            needs(&Tuning::of(&larger, tuning.lag_s, tuning.tick_s))
+        };
+        let (mut low, mut high) = (1.0, 100.0);
+        if with(high) > demand.within_s {
+            said.push(format!(
+                "a move of {:.1} mm takes {time_s:.3} s; no valve reaches {:.3} s with a lag of {:.1} ms at {:.0} ticks a second",
+                demand.move_m * 1e3,
+                demand.within_s,
+                tuning.lag_s * 1e3,
+                1.0 / tuning.tick_s,
+            ));
+        } else {
+            for _ in 0..30 {
+                let middle = 0.5 * (low + high);
+                if with(middle) > demand.within_s { low = middle } else { high = middle }
+            }
+            said.push(format!(
+                "valve too small: a move of {:.1} mm takes {time_s:.3} s; {high:.2} times the flow coefficients would do it in {:.3} s",
+                demand.move_m * 1e3,
+                demand.within_s,
+            ));
+        }
+    }
+    let [by_delay, by_jerk] = law_bandwidths(rig, tuning.lag_s, tuning.tick_s);
+    if by_delay < 0.5 * by_jerk {
+        said.push(format!(
+            "valve too slow: its lag of {:.1} ms and the tick allow a bandwidth of {by_delay:.0} rad/s, the air {by_jerk:.0} rad/s; a lag of {:.1} ms would use half of it",
+            tuning.lag_s * 1e3,
+            (0.32 / (0.5 * by_jerk) - 1.5 * tuning.tick_s).max(0.0) * 1e3,
+        ));
+    }
+    let quiet_m = NOISE_OVER_REST * demand.rest_m;
+    if demand.noise_m > quiet_m {
+        said.push(format!(
+            "sensor too noisy: {:.0} um for a rest within {:.0} um; {:.0} um would do",
+            demand.noise_m * 1e6,
+            demand.rest_m * 1e6,
+            quiet_m * 1e6,
+        ));
+    }
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ASKED: Demand = Demand { move_m: 0.045, within_s: 0.35, noise_m: 20e-6, rest_m: 45e-6 };
+
+    #[test]
+    fn the_rule_leaves_every_case_its_margins_and_finds_that_it_can_do_what_was_measured() {
+        for rig in [Rig::paper_a(), Rig::paper_b(), Rig::paper_c()] {
+            let tuning = Tuning::of(&rig, 1.7e-3, 1e-3);
+            let margins = Margins::of(&tuning);
+            assert!(margins.phase_deg > 19.0 && margins.gain > 1.5, "{margins:?}");
+            assert_eq!(shortfalls(&rig, &tuning, &ASKED), Vec::<String>::new());
+        }
+    }
+
+    #[test]
+    fn a_loop_that_has_spent_its_delay_margin_has_no_phase_left() {
+        let tuning = Tuning::of(&Rig::paper_a(), 1.7e-3, 1e-3);
+        let w = tuning.law_w;
+        let margins = Margins::of(&tuning);
+        // Without lag and delay the loop's phase margin follows from its polynomial alone.
+        let ideal = Margins::of(&Tuning { lag_s: 0.0, tick_s: 0.0, ..tuning });
+        let x = ideal.crossover;
+        let gain = (w.powi(3) - 3.0 * w * x * x).hypot(3.0 * w * w * x) / x.powi(3);
+        assert!((gain - 1.0).abs() < 1e-6, "{gain}");
+        assert!(ideal.phase_deg > margins.phase_deg && ideal.delay_s > margins.delay_s);
+        // All of the delay margin spent: none left.
+        let spent = Tuning { tick_s: tuning.tick_s + margins.delay_s / 1.5, ..tuning };
+        assert!(Margins::of(&spent).phase_deg.abs() < 1e-3, "{:?}", Margins::of(&spent));
+    }
+
+    #[test]
+    fn each_shortfall_names_the_number_that_would_do() {
+        let rig = Rig::paper_b();
+        let tuning = Tuning::of(&rig, 1.7e-3, 1e-3);
+        let small = shortfalls(&rig, &tuning, &Demand { within_s: 0.22, ..ASKED });
+        assert!(small.len() == 1 && small[0].starts_with("valve too small"), "{small:?}");
+        let noisy = shortfalls(&rig, &tuning, &Demand { noise_m: 100e-6, ..ASKED });
+        assert!(noisy.len() == 1 && noisy[0].contains("20 um would do"), "{noisy:?}");
+        let slow = Tuning::of(&rig, 30e-3, 1e-3);
+        let slow = shortfalls(&rig, &slow, &Demand { within_s: 10.0, ..ASKED });
+        assert!(slow.len() == 1 && slow[0].starts_with("valve too slow"), "{slow:?}");
+    }
+}

@@ -1,0 +1,194 @@
+//! The positioning law in f64: the reference for the fixed-point law, and the place to try changes.
+//!
+//! ```text
+//! target ─ reference ─► law ─ inversion ─► hold ─► command
+//!              ▲         ▲  ▲
+//!              └ excess ─┘  └── observer ◄── position, pressures      learning ─► valve, friction
+//! ```
+//!
+//! Derivation, sources and measured tables: `docs/control-law.md`.
+
+pub mod bench;
+pub mod hold;
+pub mod inversion;
+pub mod learning;
+pub mod margins;
+pub mod observer;
+pub mod reference;
+pub mod stick;
+pub mod stream;
+pub mod tuning;
+
+use hold::Hold;
+use inversion::ValveModel;
+use observer::{Air, Estimate};
+use plant_model::Rig;
+use reference::{Limits, Motion};
+use stick::Stick;
+use stream::Stream;
+pub use tuning::Tuning;
+
+/// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
+const PRESSURE_RATE: f64 = 250.0;
+
+/// How fast the noise of the position is learned, 1/s.
+const NOISE_RATE: f64 = 3.0;
+/// Noise of a position code up to which hold and stick judge without caution, m.
+const QUIET_M: f64 = 30e-6;
+
+/// What the sensors read in one tick, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readings {
+    /// Position, m.
+    pub y: f64,
+    /// Pressure of chamber A, Pa absolute.
+    pub p_a: f64,
+    /// Pressure of chamber B, Pa absolute.
+    pub p_b: f64,
+    /// Supply pressure, Pa absolute.
+    pub p_sup: f64,
+}
+
+/// The law with its memory.
+#[derive(Clone, Debug)]
+pub struct Servo {
+    /// Its constants.
+    pub tuning: Tuning,
+    /// The rig as it was told.
+    pub rig: Rig<f64>,
+    /// The rig as it was estimated.
+    pub estimate: Estimate,
+    /// Where the piston should be.
+    pub motion: Motion,
+    /// The valve as learned.
+    pub valve: ValveModel,
+    /// Coulomb friction as learned, N.
+    pub coulomb: f64,
+    /// Hold.
+    pub hold: Hold,
+    stream: Stream,
+    stick: Stick,
+    noise: f64,
+    acting: f64,
+    pressures: [f64; 3],
+    begun: bool,
+}
+
+impl Servo {
+    /// At power-on.
+    #[must_use]
+    pub fn new(rig: &Rig<f64>, tuning: Tuning) -> Self {
+        let [right, left] = tuning.zone_v;
+        let valve = ValveModel { right, left, gain: [1.0; 2], most: tuning.most_v, centre: tuning.centre_v };
+        Self {
+            rig: *rig,
+            estimate: Estimate { spool: tuning.centre_v, ..Estimate::default() },
+            motion: Motion::default(),
+            valve,
+            coulomb: tuning.coulomb_start * tuning.coulomb,
+            hold: Hold::default(),
+            stream: Stream::default(),
+            stick: Stick::default(),
+            noise: 0.0,
+            acting: tuning.centre_v,
+            pressures: [0.0; 3],
+            begun: false,
+            tuning,
+        }
+    }
+
+    /// One tick: the command in V that acts from the next tick on.
+    pub fn step(&mut self, target: f64, readings: &Readings) -> f64 {
+        let tuning = self.tuning;
+        let t = tuning.tick_s;
+        let area = self.rig.cylinder.area_m2;
+        let force = area * (readings.p_a - readings.p_b);
+        let read = [readings.p_a, readings.p_b, readings.p_sup];
+        if !self.begun {
+            self.begun = true;
+            self.motion = Motion { y: readings.y, ..Motion::default() };
+            self.stream = Stream::at(target);
+            self.estimate = Estimate { y: readings.y, force, disturbance: -force, ..self.estimate };
+            self.pressures = read;
+        }
+        for (slow, now) in self.pressures.iter_mut().zip(read) {
+            *slow += (t * PRESSURE_RATE).min(1.0) * (now - *slow);
+        }
+        let air = self.air();
+        let innovation = self.estimate.correct(readings.y, force, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.coulomb, &tuning);
+        learning::learn(&mut self.valve, &mut self.coulomb, &mut self.estimate, &innovation, theta, &air, &tuning);
+        self.noise += NOISE_RATE * t * (1.25 * innovation.y.abs() - self.noise);
+        let u = self.command(target, &air);
+        self.acting = u;
+        u
+    }
+
+    fn command(&mut self, target: f64, air: &Air) -> f64 {
+        // A noisier position is judged more coarsely.
+        let scale = (self.noise / QUIET_M).clamp(1.0, 4.0);
+        let tuning = self.tuning.coarser(scale);
+        let (t, w) = (tuning.tick_s, tuning.law_w);
+        let estimate = self.estimate;
+        let was_holding = self.hold.on;
+        let aim = self.stream.take(target, 4.0 * tuning.limits.acceleration, t);
+        let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
+        if self.hold.decide(target, resting, [target - estimate.y, estimate.v, estimate.force], &tuning) {
+            self.stick = Stick::default();
+            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb);
+            if rate == 0.0 {
+                return self.valve.centre;
+            }
+            let theta = rate / self.valve.slope(rate, air);
+            return self.valve.command(theta, tuning.blend);
+        }
+        if was_holding {
+            self.motion = Motion { y: estimate.y, ..Motion::default() };
+        }
+        if let Some(rate) = self.stick.rate(resting, &self.hold.mean, estimate.force, &tuning) {
+            let most = self.valve.most_angle();
+            let theta = (rate / self.valve.slope(rate, air)).clamp(-most, most);
+            self.motion = aim;
+            return self.valve.command(theta, tuning.blend);
+        }
+        self.motion = self.motion.arrived(&aim, &tuning.limits, t);
+        let r = self.motion;
+        // Planned as seen from the moving target.
+        let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
+        let limits =
+            Limits { speed: tuning.limits.speed - aim.v.abs().min(0.5 * tuning.limits.speed), ..tuning.limits };
+        let jerk_r = seen.jerk_towards(0.0, &limits, t);
+        let jerk =
+            jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
+        let rate = tuning.mass * jerk + air.stiffness * estimate.v;
+        let slope = self.valve.slope(rate, air);
+        let most = self.valve.most_angle();
+        let asked = rate / slope;
+        let theta = asked.clamp(-most, most);
+        // What the valve cannot give, the reference does not ask for.
+        let excess = (theta - asked) * slope / tuning.mass;
+        self.motion = r.after(jerk_r + excess, t);
+        self.valve.command(theta, tuning.blend)
+    }
+
+    fn air(&self) -> Air {
+        let (gas, valve, cylinder) = (&self.rig.gas, &self.rig.valve, &self.rig.cylinder);
+        let area = cylinder.area_m2;
+        let least = 0.1;
+        let v_a = (cylinder.volume_a0_m3 + area * self.estimate.y).max(least * cylinder.volume_a0_m3);
+        let v_b = (cylinder.volume_b0_m3 - area * self.estimate.y).max(least * cylinder.volume_b0_m3);
+        let [p_a, p_b, p_sup] = self.pressures;
+        let atmosphere = self.rig.supply.atmosphere_pa;
+        let (fill, exhaust) = (valve.fill_coefficient_kg_per_s_pa, valve.exhaust_coefficient_kg_per_s_pa);
+        let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k * area;
+        let small = 0.03 * p_sup;
+        let slope = |fill_p: f64, fill_v: f64, exh_p: f64, exh_v: f64| {
+            heat * (fill * (p_sup - fill_p).max(small) / fill_v + exhaust * (exh_p - atmosphere).max(small) / exh_v)
+        };
+        Air {
+            stiffness: gas.heat_capacity_ratio * area * area * (p_a / v_a + p_b / v_b),
+            slope_fill_a: slope(p_a, v_a, p_b, v_b),
+            slope_fill_b: slope(p_b, v_b, p_a, v_a),
+        }
+    }
+}

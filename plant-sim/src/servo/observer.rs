@@ -1,0 +1,89 @@
+//! The observer: position, velocity, chamber force, friction and disturbance out of noisy position and pressures.
+//!
+//! It is a model of the rig that runs one tick ahead of the samples, because the output is one tick late: what it
+//! predicts is what the valve will find. The difference to the samples corrects it.
+
+use super::inversion::ValveModel;
+use super::tuning::{Rates, Tuning};
+
+/// What is known of the rig at the next tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Position, m.
+    pub y: f64,
+    /// Velocity, m/s.
+    pub v: f64,
+    /// Acceleration, m/s2.
+    pub a: f64,
+    /// Force of the chambers on the piston, N.
+    pub force: f64,
+    /// Deflection of the seal's bristles, m.
+    pub bristle: f64,
+    /// What the model does not explain, N.
+    pub disturbance: f64,
+    /// Spool position, V.
+    pub spool: f64,
+}
+
+/// The air at this tick: how the force answers to the valve and to motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    /// Stiffness `K = gamma A² (p_a/V_a + p_b/V_b)`, N/m.
+    pub stiffness: f64,
+    /// Force slope while chamber A is filled, N/(s rad).
+    pub slope_fill_a: f64,
+    /// Force slope while chamber B is filled, N/(s rad).
+    pub slope_fill_b: f64,
+}
+
+/// What the samples disagree with, before they correct the estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Innovation {
+    /// Force, N.
+    pub force: f64,
+    /// Position, m.
+    pub y: f64,
+}
+
+impl Estimate {
+    /// Corrects the prediction by this tick's samples.
+    pub fn correct(&mut self, y: f64, force: f64, tuning: &Tuning) -> Innovation {
+        let innovation = Innovation { force: force - self.force, y: y - self.y };
+        let (w, t, e) = (tuning.observer_w, tuning.tick_s, innovation.y);
+        self.y += 3.0 * w * t * e;
+        self.v += 3.0 * w * w * t * e;
+        self.disturbance += tuning.mass * w * w * w * t * e;
+        self.force += tuning.force_rate * t * innovation.force;
+        innovation
+    }
+
+    /// Predicts the next tick with the command `u` in V acting meanwhile; returns the valve's angle.
+    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, coulomb: f64, tuning: &Tuning) -> f64 {
+        let Rates { spool_keeps, spool_mean, .. } = tuning.rates;
+        let mean = u + (self.spool - u) * spool_mean;
+        self.spool = u + (self.spool - u) * spool_keeps;
+        let theta = valve.angle(mean);
+        let slope = valve.slope(theta, air);
+        let t = tuning.tick_s;
+        let force_now = self.force;
+        self.force += t * (slope * theta - air.stiffness * self.v);
+        // Bristles are stiff: implicit, first as if they held, then as if they slid.
+        let push = 0.5 * (force_now + self.force) + self.disturbance;
+        let per_mass = t / tuning.mass;
+        let before = self.v;
+        let held = (self.v + per_mass * (push - tuning.bristle_stiffness * self.bristle)) * tuning.rates.held;
+        let most = coulomb / tuning.bristle_stiffness;
+        let bristle = self.bristle + t * held;
+        if bristle.abs() <= most {
+            (self.v, self.bristle) = (held, bristle);
+        } else {
+            let side = bristle.signum();
+            self.bristle = side * most;
+            self.v = (self.v + per_mass * (push - side * coulomb)) * tuning.rates.sliding;
+        }
+        self.y += t * 0.5 * (before + self.v);
+        self.a = (self.force + self.disturbance - tuning.bristle_stiffness * self.bristle - tuning.viscous * self.v)
+            / tuning.mass;
+        theta
+    }
+}
