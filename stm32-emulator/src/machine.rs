@@ -47,7 +47,8 @@ fn load(elf: &[u8], flash: &mut [u8]) -> Result<(), ImageError> {
         if segment.p_type(endian) != object::elf::PT_LOAD || data.is_empty() {
             continue;
         }
-        let start = segment.p_paddr(endian).checked_sub(FLASH).ok_or_else(|| fail("a segment lies below flash"))? as usize;
+        let start =
+            segment.p_paddr(endian).checked_sub(FLASH).ok_or_else(|| fail("a segment lies below flash"))? as usize;
         let place = flash.get_mut(start..start + data.len()).ok_or_else(|| fail("a segment lies outside flash"))?;
         place.copy_from_slice(data);
         loaded += data.len();

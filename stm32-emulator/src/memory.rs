@@ -469,7 +469,9 @@ impl<A: Analog> Chip<A> {
             }
             0x4000_0000..0x6000_0000 | 0xE004_2000..0xE004_2400 => {
                 if address & 3 != 0 {
-                    return Err(Trap::unmodelled(format!("write of {bytes} bytes to {address:#010x}, inside a register")));
+                    return Err(Trap::unmodelled(format!(
+                        "write of {bytes} bytes to {address:#010x}, inside a register"
+                    )));
                 }
                 self.peripheral_write(address, value)
             }

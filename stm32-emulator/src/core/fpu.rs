@@ -103,11 +103,8 @@ impl Core {
         let (before, up, write_back, load) = (bit(8), bit(7), bit(5), bit(4));
         let n = (first & 15) as usize;
         let t = (second >> 12) as usize;
-        let target = if double {
-            ((first >> 6 & 1) << 4) as usize * 2 + t * 2
-        } else {
-            t * 2 + (first >> 6 & 1) as usize
-        };
+        let target =
+            if double { ((first >> 6 & 1) << 4) as usize * 2 + t * 2 } else { t * 2 + (first >> 6 & 1) as usize };
         if !before && !up && !write_back {
             if !bit(6) {
                 return Err(unknown());

@@ -212,11 +212,8 @@ impl Core {
     fn trapped<B: Bus>(&mut self, bus: &mut B, at: u32, trap: Trap) -> Result<(), Stop> {
         let stop = |bus: &mut B, what: String| {
             let first = bus.fetch(at).map_or(0, u32::from);
-            let instruction = if first >= 0xE800 {
-                first << 16 | bus.fetch(at.wrapping_add(2)).map_or(0, u32::from)
-            } else {
-                first
-            };
+            let instruction =
+                if first >= 0xE800 { first << 16 | bus.fetch(at.wrapping_add(2)).map_or(0, u32::from) } else { first };
             Stop { instruction_at: at, instruction, what }
         };
         let entered = match trap {

@@ -279,7 +279,9 @@ impl System {
             0xE000_E400..=0xE000_E47F => set_bytes(&mut self.priority, address - 0xE000_E400, bytes, value),
             0xE000_ED18..=0xE000_ED23 => set_bytes(&mut self.system_priority, address - 0xE000_ED18, bytes, value),
             _ if bytes != 4 => {
-                return Err(Trap::unmodelled(format!("write of {bytes} bytes to {address:#010x} in the system control space")));
+                return Err(Trap::unmodelled(format!(
+                    "write of {bytes} bytes to {address:#010x} in the system control space"
+                )));
             }
             0xE000_1000 => self.dwt_control = value & 1,
             0xE000_1004 => self.cycles_at_zero = self.cycles.wrapping_sub(u64::from(value)),
@@ -322,7 +324,11 @@ impl System {
                 self.pending[word] |= bit;
             }
             0xE000_EF34 => self.fpccr = value,
-            _ => return Err(Trap::unmodelled(format!("write of {value:#010x} to {address:#010x} in the system control space"))),
+            _ => {
+                return Err(Trap::unmodelled(format!(
+                    "write of {value:#010x} to {address:#010x} in the system control space"
+                )));
+            }
         }
         Ok(())
     }

@@ -36,8 +36,7 @@ impl Core {
             // ADD, SUB of an eight-bit immediate.
             6 | 7 => {
                 let x = self.r[high];
-                let sum =
-                    if op >> 11 == 7 { add_with_carry(x, !imm8, true) } else { add_with_carry(x, imm8, false) };
+                let sum = if op >> 11 == 7 { add_with_carry(x, !imm8, true) } else { add_with_carry(x, imm8, false) };
                 self.r[high] = if flags { self.set_nzcv(sum) } else { sum.value };
             }
             8 if op >> 10 & 1 == 0 => self.data_processing16(op, flags),

@@ -109,7 +109,11 @@ impl Core {
         if !up {
             // LDREX, STREX.
             let address = Self::aligned(self.r[n].wrapping_add(offset), 4)?;
-            return if load { self.load_exclusive(bus, t, address, 4) } else { self.store_exclusive(bus, d, t, address, 4) };
+            return if load {
+                self.load_exclusive(bus, t, address, 4)
+            } else {
+                self.store_exclusive(bus, d, t, address, 4)
+            };
         }
         match (second >> 4 & 15, load) {
             (0, true) => {
@@ -243,8 +247,7 @@ impl Core {
                     return Err(unknown());
                 }
                 let raised = self.r[n] << (31 - amount - width);
-                self.r[d] =
-                    if code == 20 { (raised as i32 >> (31 - width)) as u32 } else { raised >> (31 - width) };
+                self.r[d] = if code == 20 { (raised as i32 >> (31 - width)) as u32 } else { raised >> (31 - width) };
             }
             // BFI, BFC.
             22 => {
@@ -448,10 +451,8 @@ impl Core {
             match (op1 & 7, op2 & 3) {
                 // QADD, QDADD, QSUB, QDSUB: the first operand is Rm.
                 (0, code) => {
-                    let (addend, doubled) =
-                        if code & 1 != 0 { saturate_signed(2 * signed(x), 32) } else { (x, false) };
-                    let exact =
-                        if code & 2 != 0 { signed(y) - signed(addend) } else { signed(y) + signed(addend) };
+                    let (addend, doubled) = if code & 1 != 0 { saturate_signed(2 * signed(x), 32) } else { (x, false) };
+                    let exact = if code & 2 != 0 { signed(y) - signed(addend) } else { signed(y) + signed(addend) };
                     let (value, limited) = saturate_signed(exact, 32);
                     self.r[d] = value;
                     self.q |= limited || doubled;
@@ -544,7 +545,8 @@ impl Core {
             (5 | 6, 0 | 1) => {
                 let product = (signed(x)).wrapping_mul(signed(y));
                 let addend = i64::from(addend as i32) << 32;
-                let exact = if first >> 4 & 7 == 5 { addend.wrapping_add(product) } else { addend.wrapping_sub(product) };
+                let exact =
+                    if first >> 4 & 7 == 5 { addend.wrapping_add(product) } else { addend.wrapping_sub(product) };
                 (exact.wrapping_add(if code == 1 { 0x8000_0000 } else { 0 }) >> 32) as u32
             }
             (7, 0) => (0..4).fold(addend, |sum, i| {
