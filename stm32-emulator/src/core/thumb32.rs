@@ -541,7 +541,7 @@ impl Core {
                 let product = if first >> 4 & 7 == 2 { low + high } else { low - high };
                 sum(product + signed(addend))
             }
-            (3, 0 | 1) => sum((signed(x) * half(y, top_y) >> 16) + signed(addend)),
+            (3, 0 | 1) => sum(((signed(x) * half(y, top_y)) >> 16) + signed(addend)),
             (5 | 6, 0 | 1) => {
                 let product = (signed(x)).wrapping_mul(signed(y));
                 let addend = i64::from(addend as i32) << 32;
