@@ -150,8 +150,12 @@ fn symbol(elf: &[u8], part: &str) -> (u32, u32) {
     (symbol.address() as u32, symbol.size() as u32)
 }
 
-fn fresh_loop(reset: Option<Reason>) -> ControlLoop {
-    ControlLoop::new(Settings::default().setup().expect("the defaults fit together"), reset)
+fn fresh_loop(settings: &Settings, reset: Option<Reason>) -> ControlLoop {
+    ControlLoop::new(settings.setup().expect("the settings fit together"), reset)
+}
+
+fn fresh_desk(settings: Settings) -> Desk {
+    Desk::new(settings, "", "", board_link::TextWord::new())
 }
 
 impl Bench {
@@ -160,8 +164,8 @@ impl Bench {
         let settings = Settings::default();
         Self {
             machine: Some(Machine::new(elf, Rig::new()).expect("the firmware fits the chip")),
-            host: fresh_loop(None),
-            desk: Desk::new(settings, "", "", board_link::TextWord::new()),
+            host: fresh_loop(&settings, None),
+            desk: fresh_desk(settings),
             snapshot: Snapshot::new(),
             order: None,
             host_heard_at: symbol(elf, "sampling::HOST_HEARD").0,
@@ -284,19 +288,24 @@ impl Bench {
         }
     }
 
+    /// The chip starts anew. The host's loop beside it starts with the settings that the desk knows: saved ones are meant.
     fn reset(&mut self, cause: ResetCause, reason: Option<Reason>) {
         let machine = self.machine.take().expect("only a reset takes it");
         self.machine = Some(machine.reset(cause).expect("flash holds a vector table"));
-        self.host = fresh_loop(reason);
-        (self.session, self.sequence, self.order) = (0, 0, None);
-        self.answers = Accumulator::new();
+        self.boot_host(reason);
     }
 
-    /// The supply fails and returns. The host's loop beside it boots with the defaults.
+    /// The supply fails and returns.
     fn power_cycle(&mut self) {
         let machine = self.machine.take().expect("only a reset takes it");
         self.machine = Some(machine.power_cycle().expect("flash holds a vector table"));
-        self.host = fresh_loop(None);
+        self.boot_host(None);
+    }
+
+    fn boot_host(&mut self, reason: Option<Reason>) {
+        let settings = self.desk.settings().clone();
+        self.host = fresh_loop(&settings, reason);
+        self.desk = fresh_desk(settings);
         (self.session, self.sequence, self.order) = (0, 0, None);
         self.answers = Accumulator::new();
     }
@@ -440,4 +449,28 @@ fn a_supply_that_fails_in_the_midst_of_a_save_leaves_the_old_parameters_or_the_n
         seen[usize::from(found == new)] += 1;
     }
     assert!(seen.iter().all(|times| *times > 0), "old and new were found {seen:?} times");
+}
+
+#[test]
+fn ten_thousand_ticks_a_second_are_kept_over_a_power_cycle_and_write_the_codes_of_the_host() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::boot(elf);
+    assert_eq!(bench.run(0.1), None);
+    bench.open_session();
+    bench.done(Command::Set(Parameter::TickHz, 10_000.0));
+    bench.done(Command::Save);
+    bench.agrees();
+    bench.power_cycle();
+    bench.compared = 0;
+    assert_eq!(bench.run(0.3), None);
+    assert!((2_900..=3_000).contains(&bench.compared), "{} ticks in 0.3 s", bench.compared);
+    bench.open_session();
+    bench.done(Command::Arm);
+    bench.done(Command::Generate(Generator::Hold { position_um: 20_000 }));
+    bench.ticks.clear();
+    assert_eq!(bench.run(0.3), None);
+    assert_eq!(bench.state(), "run");
+    bench.agrees();
+    let most = bench.ticks.iter().map(|tick| tick.cycles).max().expect("ticks were run");
+    assert!(most < 17_000, "{most} cycles to the valve code, of 17 000 a tick");
 }
