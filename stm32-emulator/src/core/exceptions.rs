@@ -93,7 +93,7 @@ impl Core {
                 let system = bus.system();
                 system.cfsr |= STACKING_ERROR;
                 system.hfsr |= FORCED;
-                // The interrupt itself waits until the hard fault has been handled.
+                // The interrupt that could not be entered is not pended again: the firmware's handler resets the chip.
                 HARD_FAULT
             }
             Err(other) => return Err(other),
