@@ -11,7 +11,9 @@ const HEAD: &str = "\
 
 Every number that the diagnosis was given and did not derive, with its reason, and what happens when it is halved and
 doubled: of the ten logs of a fixed set, how many are answered rightly, and how many answers (verdict or names) change.
-A dash means not measured yet. Numbers that follow from a derivation stand beside it in the code.
+A dash means not measured yet. \"same\" means that none of the ten answers changed; it does not mean that the constant is
+needless: the set holds no sensor at its limit, no interruption and no end stop. Numbers that follow from a derivation stand
+beside it in the code.
 
 The measurement: `cargo run --release -p diagnosis --features sensitivity --example sensitivity -- all
 docs/diagnosis-constants.csv`. This page: `RECORDED=write cargo test --test constants_page`.

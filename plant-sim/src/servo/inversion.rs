@@ -1,6 +1,6 @@
 //! Inversion of the valve: from the rate of force asked for to the command, through flow, arc tangent and dead zone.
 
-use super::observer::Air;
+use super::air::Air;
 
 /// The valve as the law knows it; gains and dead zones are learned, one for each side.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,8 @@
 //! Learning: valve gain, dead zone and Coulomb friction, slowly, within bounds, and only where the motion shows them.
 
+use super::air::Air;
 use super::inversion::ValveModel;
-use super::observer::{Air, Estimate, Innovation};
+use super::observer::{Estimate, Innovation};
 use super::tuning::Tuning;
 
 /// Angle above which the flow tells the gain, rad.

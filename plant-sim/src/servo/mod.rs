@@ -8,6 +8,7 @@
 //!
 //! Derivation, sources and measured tables: `docs/control-law.md`.
 
+pub mod air;
 pub mod bench;
 pub mod hold;
 pub mod inversion;
@@ -19,9 +20,10 @@ pub mod stick;
 pub mod stream;
 pub mod tuning;
 
+use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
-use observer::{Air, Estimate};
+use observer::Estimate;
 use plant_model::Rig;
 use reference::{Limits, Motion};
 use stick::Stick;

@@ -3,6 +3,7 @@
 //! It is a model of the rig that runs one tick ahead of the samples, because the output is one tick late: what it
 //! predicts is what the valve will find. The difference to the samples corrects it.
 
+use super::air::Air;
 use super::inversion::ValveModel;
 use super::tuning::{Rates, Tuning};
 
@@ -23,17 +24,6 @@ pub struct Estimate {
     pub disturbance: f64,
     /// Spool position, V.
     pub spool: f64,
-}
-
-/// The air at this tick: how the force answers to the valve and to motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Air {
-    /// Stiffness `K = gamma A² (p_a/V_a + p_b/V_b)`, N/m.
-    pub stiffness: f64,
-    /// Force slope while chamber A is filled, N/(s rad).
-    pub slope_fill_a: f64,
-    /// Force slope while chamber B is filled, N/(s rad).
-    pub slope_fill_b: f64,
 }
 
 /// What the samples disagree with, before they correct the estimate.
