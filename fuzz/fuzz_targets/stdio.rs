@@ -2,13 +2,13 @@
 //! Any bytes as a conversation with the controller: one answer per line, every DAC code in range.
 use control::Parameters;
 use libfuzzer_sys::fuzz_target;
-use plant_sim::controller::{self, MonitorAction};
+use plant_sim::monitoring::{self, MonitorAction};
 use plant_sim::stdio::Coprocess;
 use rig_files::RigFile;
 
 fuzz_target!(|bytes: &[u8]| {
     let model = RigFile::paper_a().rig;
-    let Ok(setup) = controller::setup(&Parameters::default(), &model, MonitorAction::Trip, 1) else { return };
+    let Ok(setup) = monitoring::setup(&Parameters::default(), &model, MonitorAction::Trip, 1) else { return };
     let mut answers = Vec::new();
     Coprocess::new(setup, 16).serve(bytes, &mut answers, |_| ()).expect("memory does not fail");
     for answer in String::from_utf8(answers).expect("answers are text").lines() {
