@@ -195,7 +195,8 @@ impl Bench {
         let end = self.machine().chip.now + from_seconds(seconds);
         let mut host_heard = false;
         let mut order = None;
-        let mut entered = (0, 0);
+        // A run may begin within an interrupt: that tick has no beginning to be measured from.
+        let mut entered = None;
         while self.machine().chip.now < end {
             let host_heard_at = (self.host_heard_at - RAM) as usize;
             let machine = self.machine();
@@ -209,16 +210,17 @@ impl Bench {
             }
             let wrote = machine.chip.dac.writes != writes;
             if !inside {
-                entered = (machine.core.instructions, machine.chip.system.cycles);
+                entered = Some((machine.core.instructions, machine.chip.system.cycles));
                 host_heard = machine.chip.ram[host_heard_at] != 0;
                 let (written, read) = (self.word(self.order_queue_at), self.word(self.order_queue_at + 4));
                 if written != read {
                     order = Some(self.order.take().expect("an order is taken that nobody sent"));
                 }
             } else if wrote {
-                let (instructions, cycles) =
-                    (machine.core.instructions - entered.0, machine.chip.system.cycles - entered.1);
-                self.ticks.push(Tick { instructions, cycles });
+                if let Some((instructions, cycles)) = entered.take() {
+                    let (executed, elapsed) = (machine.core.instructions, machine.chip.system.cycles);
+                    self.ticks.push(Tick { instructions: executed - instructions, cycles: elapsed - cycles });
+                }
                 self.compare(order.take(), host_heard);
             }
         }
