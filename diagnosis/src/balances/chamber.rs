@@ -98,7 +98,7 @@ pub(crate) fn innovations(
     let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa } = record.chamber(side);
     let beyond = if is_a { Side::B } else { Side::A };
     let sigma = noise_pa.max(constants::numerical_error_pa());
-    let lag = plant.added().pressure_lag.time_constant_s;
+    let lag = plant.added().pressure_lag;
 
     let mut out = Vec::with_capacity(drive.compression.first_half.len());
     for stretch in stretches {
@@ -139,14 +139,12 @@ pub(crate) fn innovations(
             let factor = drive.compression.pa_s_per_kg[stroke];
             p += factor * flow.mass_flow / (1.0 - 0.5 * factor * flow.by_chamber);
             p = (p * drive.compression.second_half[stroke]).max(1.0e3);
-            if lag > 1.0e-6 {
-                // The lag sees a pressure that changes linearly over the interval.
-                let rate = (p - before) / dt;
-                let rest = (-dt / lag).exp();
-                sensed = p - lag * rate + (sensed - before + lag * rate) * rest;
+            // The lag sees a pressure that changes linearly over the interval.
+            sensed = if lag.time_constant_s > 1.0e-6 {
+                lag.over(sensed, before, p, dt, (-dt / lag.time_constant_s).exp())
             } else {
-                sensed = p;
-            }
+                p
+            };
         }
     }
     out

@@ -1,8 +1,7 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
 use crate::data::record::Record;
-use crate::data::split::Stretch;
-use crate::data::split::{interrupted, samples};
+use crate::data::split::{Stretch, interrupted, samples};
 use plant_model::{Plant, Side};
 
 /// Supply pressure by sample, Pa absolute.
