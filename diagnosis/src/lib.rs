@@ -19,7 +19,7 @@ mod diagnose;
 mod errors;
 mod estimate;
 mod explain;
-mod friction_map;
+mod friction;
 mod model;
 mod one_pressure;
 mod outcome;
@@ -32,7 +32,7 @@ pub use data::quality::{Available, Quality};
 pub use diagnose::diagnose;
 pub use errors::DiagnosisError;
 pub use explain::residuals::{Curve, Model, Quantity, Residuals, Spectrum};
-pub use friction_map::{Finding, FrictionMap, FrictionMapError, FrictionRun, RippleLine, Stage, friction_map};
+pub use friction::{Finding, FrictionMap, FrictionMapError, FrictionRun, OffCentre, RippleLine, Stage, friction_map};
 pub use outcome::{
     Balance, Calibration, Cause, Dependence, Description, Diagnosis, Estimate, Evidence, Gain, HoldOut, Hypothesised,
     LogSummary, MissingTerm, Overlay, Peak, PerChannel,

@@ -1,7 +1,7 @@
 //! `plant-sim friction`: what friction depends on, from logs with a measured force.
 
 use super::CliError;
-use diagnosis::{Finding, FrictionMap, FrictionMapError, friction_map};
+use diagnosis::{Finding, FrictionMap, FrictionMapError, OffCentre, friction_map};
 use plant_sim::charts::{BAR, MM};
 use plant_sim::import::Mapping;
 use report_html::{Marker, Page, Plot, Series, Table, Tone};
@@ -92,39 +92,8 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
             value(&map.pressure_n_per_pa, 1.0 / BAR)
         ));
     }
-    let speed = value(&map.speed_n_s_per_m, 1.0e-3);
-    out.push(if map.speed_n_s_per_m.established {
-        format!("At equal pressure, runs at higher speed show more friction: {speed} N per mm/s.")
-    } else {
-        format!("A dependence on speed is not established between these runs: {speed} N per mm/s at equal pressure.")
-    });
-    if map.bias_n.established {
-        out.push(format!(
-            "The two directions differ: the force loop is off centre by {} N. It may be friction that is {:.0} % {} towards +y \
-             than on average, or a constant force or \
-             a zero error of the force sensor, or an area {:+.1} % off: recordings at constant pressure \
-             cannot tell these apart. Turn the piston round, or record at zero pressure, to find out.",
-            value(&map.bias_n, 1.0),
-            100.0 * map.asymmetry.abs(),
-            if map.asymmetry < 0.0 { "smaller" } else { "larger" },
-            100.0 * map.area_error
-        ));
-        let tolerance = rig.tolerance.of("cylinder.area_m2");
-        if map.area_error.abs() < 2.0 * tolerance && !map.bias_n_per_pa.established {
-            out.push(format!(
-                "An area {:+.1} % off would lie within the rig file's tolerance of {:.0} %, but the offset is not shown to \
-                 grow with pressure ({} N/bar), as it then should.",
-                100.0 * map.area_error,
-                100.0 * tolerance,
-                value(&map.bias_n_per_pa, 1.0 / BAR)
-            ));
-        }
-    } else {
-        out.push(format!(
-            "A difference between the directions is not established: {} N off centre.",
-            value(&map.bias_n, 1.0)
-        ));
-    }
+    out.push(speed_sentence(map));
+    out.push(off_centre_sentence(map, rig));
     match &map.ripple {
         Some(line) => out.push(format!(
             "The force ripples along the stroke every {:.2} ± {:.2} mm with {:.2} ± {:.2} N, {:.1} times the spectrum around \
@@ -149,6 +118,85 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
     out
 }
 
+/// What is known about speed, and over which speeds.
+fn speed_sentence(map: &FrictionMap) -> String {
+    let lowest = map.runs.iter().map(|run| run.speed_range_m_per_s[0]).fold(f64::INFINITY, f64::min);
+    let highest = map.runs.iter().map(|run| run.speed_range_m_per_s[1]).fold(0.0, f64::max);
+    let covered = format!("speeds from {:.1} to {:.1} mm/s", lowest * MM, highest * MM);
+    let speed = value(&map.speed_n_s_per_m, 1.0e-3);
+    match (map.speed_n_s_per_m.established, map.speed_inside_recordings) {
+        (true, true) => format!("Friction grows with speed, inside the recordings ({covered}): {speed} N per mm/s."),
+        (true, false) => {
+            format!("At equal pressure, runs at higher speed show more friction ({covered}): {speed} N per mm/s.")
+        }
+        (false, true) => {
+            format!("A dependence on speed is not established inside the recordings ({covered}): {speed} N per mm/s.")
+        }
+        (false, false) => format!(
+            "A dependence on speed is not established between these runs ({covered}): {speed} N per mm/s at equal \
+             pressure. Record at speeds that do not follow the pressure."
+        ),
+    }
+}
+
+/// What the force is that keeps its sign when the motion reverses.
+fn off_centre_sentence(map: &FrictionMap, rig: &RigFile) -> String {
+    let area = || {
+        let (off, tolerance) = (map.area_error.value, rig.tolerance.of("cylinder.area_m2"));
+        format!(
+            "by {} N for each bar: the pressure acts on an area {} % off the rig file's, {} its tolerance of {:.1} %, or a \
+             gain of the force or pressure sensor is off",
+            value(&Finding { value: -off, ..map.area_error }, rig.rig.cylinder.area_m2 / BAR),
+            value(&map.area_error, 100.0),
+            if off.abs() > tolerance { "beyond" } else { "within" },
+            100.0 * tolerance
+        )
+    };
+    let force = || format!("{} N", value(&map.bias_n, 1.0));
+    let direction = || {
+        format!(
+            "friction is {} % {} towards +y than on average",
+            value(&Finding { value: map.asymmetry.value.abs(), ..map.asymmetry }, 100.0),
+            if map.asymmetry.value < 0.0 { "smaller" } else { "larger" }
+        )
+    };
+    let Some(likeliest) = map.off_centre else {
+        return format!(
+            "No force that keeps its sign when the motion reverses is established: {} N off centre.",
+            value(&map.bias_n, 1.0)
+        );
+    };
+    let found = match likeliest {
+        OffCentre::ConstantForce => format!(
+            "The force loop is off centre by {} at every pressure: a constant force, or a zero error of the force sensor.",
+            force()
+        ),
+        OffCentre::Area => format!("The force loop's centre moves with pressure, {}.", area()),
+        OffCentre::Direction => format!("The two directions differ: {}.", direction()),
+        OffCentre::AreaAndForce => format!(
+            "The force loop's centre moves with pressure, {}. Besides it is off centre by {}: a constant force, or a zero \
+             error of the force sensor.",
+            area(),
+            force()
+        ),
+    };
+    if map.off_centre_ties.is_empty() {
+        return found;
+    }
+    let others: Vec<String> = (map.off_centre_ties.iter())
+        .map(|tie| match tie {
+            OffCentre::ConstantForce => format!("{tie} ({})", force()),
+            OffCentre::Area => format!("{tie} (area {} %)", value(&map.area_error, 100.0)),
+            OffCentre::Direction => format!("{tie} ({})", direction()),
+            OffCentre::AreaAndForce => tie.to_string(),
+        })
+        .collect();
+    format!(
+        "{found} As likely: {}. Record at zero pressure and at more pressures, or turn the piston round, to tell.",
+        others.join("; or ")
+    )
+}
+
 fn runs_table(map: &FrictionMap) -> Table {
     let mut table =
         Table::new(["pressure, bar", "speed, mm/s", "friction, N", "off centre, N", "ripple, N", "samples"]);
@@ -166,18 +214,21 @@ fn runs_table(map: &FrictionMap) -> Table {
 }
 
 fn stage_table(map: &FrictionMap) -> Table {
-    let mut table = Table::new(["model", "error on recordings left out, N", "gain, %", "kept"]);
-    let mut before: Option<f64> = None;
+    let mut table =
+        Table::new(["model", "error on recordings left out, N", "gain, %", "beyond scatter (1 % level)", "kept"]);
     for stage in &map.stages {
-        let gain =
-            before.map_or("–".to_string(), |b: f64| format!("{:+.0}", 100.0 * (1.0 - stage.holdout_rmse_n / b)));
         table.row([
             stage.model.to_string(),
             format!("{:.2}", stage.holdout_rmse_n),
-            gain,
-            if stage.kept { "yes" } else { "no" }.to_string(),
+            stage.gain.map_or("–".to_string(), |gain| format!("{:+.0}", 100.0 * gain)),
+            if stage.established { "yes" } else { "no" }.to_string(),
+            match (stage.kept, stage.tied) {
+                (true, _) => "yes",
+                (_, true) => "as likely",
+                _ => "no",
+            }
+            .to_string(),
         ]);
-        before = Some(stage.holdout_rmse_n);
     }
     table
 }
@@ -229,8 +280,9 @@ fn page(map: &FrictionMap, sentences: &[String]) -> Page {
     page.table(runs_table(map));
     page.section("What each dependence gains");
     page.table(stage_table(map).caption(
-        "Every recording is predicted from the others. The phase of the ripple depends on the recording's zero: its first \
-         half gives it, the second half is predicted. It is kept for what it gains along the stroke, see above.",
+        "Every recording is predicted from the others. Each model is compared with the last one kept before its kind; of the \
+         forces that keep their sign the likeliest is kept. The phase of the ripple depends on the recording's zero: its \
+         first half gives it, the second half is predicted. It is kept for what it gains along the stroke, see above.",
     ));
     page
 }
