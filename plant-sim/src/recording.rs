@@ -107,4 +107,21 @@ impl Recording {
         }
         log
     }
+
+    /// What no sensor knows: the true states of the plant at the same times, in the columns that `simulate` writes.
+    #[must_use]
+    pub fn to_true_log(&self) -> Log {
+        let mut log = Log { t_s: self.t_s.clone(), ..Log::default() };
+        for (column, values) in [
+            (Column::U, &self.u_v),
+            (Column::Y, &self.y_m),
+            (Column::PA, &self.p_a_pa),
+            (Column::PB, &self.p_b_pa),
+            (Column::V, &self.v_m_per_s),
+            (Column::Z, &self.z_m),
+        ] {
+            log.set(column, Some(values.clone()));
+        }
+        log
+    }
 }

@@ -188,11 +188,8 @@ pub fn within_tolerance(base: &Base, variations: &[Variation], samples: usize, s
     (keys, jobs)
 }
 
-/// Makes one run.
-///
-/// # Errors
-/// Plant or controller refuse the combination.
-pub fn run(base: &Base, keys: &[Key], job: &Job) -> Result<Outcome, LoopError> {
+/// The plant of a run, its controller and its target.
+fn set_up(base: &Base, keys: &[Key], job: &Job) -> Result<(ClosedLoop, f64), LoopError> {
     let mut rig = base.rig.clone();
     let mut parameters = base.parameters.clone();
     let mut target_m = base.target_m;
@@ -212,7 +209,15 @@ pub fn run(base: &Base, keys: &[Key], job: &Job) -> Result<Outcome, LoopError> {
         }
     }
     let settings = LoopSettings { seed: job.seed, ..base.settings };
-    let mut positioner = ClosedLoop::with_model(&rig, &base.rig.rig, &parameters, &settings)?;
+    Ok((ClosedLoop::with_model(&rig, &base.rig.rig, &parameters, &settings)?, target_m))
+}
+
+/// Makes one run.
+///
+/// # Errors
+/// Plant or controller refuse the combination.
+pub fn run(base: &Base, keys: &[Key], job: &Job) -> Result<Outcome, LoopError> {
+    let (mut positioner, target_m) = set_up(base, keys, job)?;
     let mut observer = StepObserver::new(positioner.position_m(), target_m, base.duration_s);
     let ticks = (base.duration_s / positioner.tick_s()).round() as u64;
     let mut mode = control::Mode::Run;
@@ -222,6 +227,16 @@ pub fn run(base: &Base, keys: &[Key], job: &Job) -> Result<Outcome, LoopError> {
         mode = tick.mode;
     }
     Ok(Outcome { metrics: observer.metrics(), state: mode.to_string() })
+}
+
+/// The position over time in one run, s and m.
+///
+/// # Errors
+/// Plant or controller refuse the combination.
+pub fn response(base: &Base, keys: &[Key], job: &Job) -> Result<(Vec<f64>, Vec<f64>), LoopError> {
+    let (mut positioner, target_m) = set_up(base, keys, job)?;
+    let ticks = (base.duration_s / positioner.tick_s()).round() as u64;
+    Ok((0..=ticks).map(|_| positioner.tick(target_m)).map(|tick| (tick.t_s, tick.plant.y_m)).unzip())
 }
 
 /// Makes all runs in parallel. `done` is called after each; once `stop` is set, runs not yet begun are left out (`None`).

@@ -1,7 +1,13 @@
 "use strict";
 (() => {
   // Okabe and Ito: told apart by colour-blind readers too.
-  const palette = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333"];
+  const palettes = {
+    light: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#333333"],
+    // The same hues, light enough for a dark page.
+    dark: ["#56a8e0", "#f08a4b", "#2fc79b", "#e3a0c5", "#f0b93a", "#8fd0f5", "#d5dbe1"],
+  };
+  const dark = matchMedia("screen and (prefers-color-scheme: dark)");
+  const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const { arrays, plots } = JSON.parse(document.getElementById("data").textContent);
   const decoded = new Map();
   const numbers = (at) => {
@@ -41,6 +47,7 @@
   };
 
   const draw = (element, spec) => {
+    const palette = palettes[dark.matches ? "dark" : "light"];
     const colour = (s, i) => palette[(s.colour ?? i) % palette.length];
     const yAll = extent(spec.series.flatMap((s) => extent(numbers(s.y))).concat(spec.markers.filter((m) => "y" in m).map((m) => m.y)));
     const drawLoose = (u) => {
@@ -80,7 +87,7 @@
       }
       ctx.restore();
     };
-    const axis = { stroke: "#57606a", grid: { stroke: "#eaeef2", width: 1 }, ticks: { stroke: "#d8dee4", width: 1 }, labelFont: "13px system-ui, sans-serif", font: "12px system-ui, sans-serif" };
+    const axis = { stroke: style("--soft"), grid: { stroke: style("--grid"), width: 1 }, ticks: { stroke: style("--rule"), width: 1 }, labelFont: "13px system-ui, sans-serif", font: "12px system-ui, sans-serif" };
     const ticks = (u, values, axis, space, step) => values.map((v) => (v == null ? "" : show(v, step)));
     const room = (u, axis, low, high) => Math.max(50, 14 + 7 * show(high, (high - low) / 10).length);
     const options = {
@@ -123,17 +130,26 @@
     const data = aligned(spec);
     const u = new uPlot(options, data, element);
     u.over.addEventListener("dblclick", () => { u.zoomed = false; }, true);
-    new ResizeObserver(() => {
+    const resized = new ResizeObserver(() => {
       const width = element.clientWidth;
       if (width && Math.abs(width - u.width) > 1) u.setSize({ width, height: spec.height });
-    }).observe(element);
+    });
+    resized.observe(element);
+    return () => { resized.disconnect(); u.destroy(); };
   };
 
-  for (const element of document.querySelectorAll("[data-plot]")) {
-    try {
-      draw(element, plots[+element.dataset.plot]);
-    } catch (error) {
-      element.textContent = "This plot could not be drawn: " + error;
+  let remove = [];
+  const drawAll = () => {
+    remove.forEach((one) => one());
+    remove = [];
+    for (const element of document.querySelectorAll("[data-plot]")) {
+      try {
+        remove.push(draw(element, plots[+element.dataset.plot]));
+      } catch (error) {
+        element.textContent = "This plot could not be drawn: " + error;
+      }
     }
-  }
+  };
+  drawAll();
+  dark.addEventListener("change", drawAll);
 })();

@@ -279,10 +279,11 @@ fn write_table(html: &mut String, table: &Table) {
         })
         .collect();
     let class = |column: usize| if numeric.get(column) == Some(&true) { " class=\"number\"" } else { "" };
-    html.push_str("<div class=\"scroll\"><table>\n");
+    // Outside the table: a caption inside would be as wide as the table, which may be wider than the window.
     if !table.caption.is_empty() {
-        let _ = writeln!(html, "<caption>{}</caption>", inline(&table.caption));
+        let _ = writeln!(html, "<p class=\"caption\">{}</p>", inline(&table.caption));
     }
+    html.push_str("<div class=\"scroll\"><table>\n");
     let row = |cells: &[String], tag: &str| -> String {
         let cells = cells.iter().enumerate();
         cells.map(|(column, cell)| format!("<{tag}{}>{}</{tag}>", class(column), inline(cell))).collect()

@@ -89,8 +89,9 @@ impl Definition for ConstantForce {
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "A constant force of {:+.2} N opposes motion towards chamber B, in both directions of motion",
-            values[0]
+            "A constant force of {:.2} N pushes the piston towards {}, in both directions of motion",
+            values[0].abs(),
+            if values[0] > 0.0 { "chamber A (−y)" } else { "chamber B (+y)" }
         )
     }
 }

@@ -60,6 +60,7 @@ impl Definition for DeadVolume {
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Both chambers hold {:.1} cm3 more than stated (hoses, fittings)", values[0] * 1e6)
+        let than = if values[0] < 0.0 { "less than stated" } else { "more than stated (hoses, fittings)" };
+        write!(f, "Both chambers hold {:.1} cm3 {than}", values[0].abs() * 1e6)
     }
 }

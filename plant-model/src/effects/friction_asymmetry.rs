@@ -64,6 +64,8 @@ impl Definition for FrictionAsymmetry {
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Friction is {:+.0} % larger towards chamber B and as much smaller the other way", values[0] * 100.0)
+        let (here, there) = if values[0] < 0.0 { ("smaller", "larger") } else { ("larger", "smaller") };
+        let percent = values[0].abs() * 100.0;
+        write!(f, "Friction is {percent:.0} % {here} towards chamber B and as much {there} the other way")
     }
 }

@@ -97,8 +97,9 @@ impl Definition for PositionScale {
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "Positions read {:+.2} % too large for the volumes and forces they go with",
-            (values[0] - 1.0) * 100.0
+            "Positions read {:.2} % too {} for the volumes and forces they go with",
+            (values[0] - 1.0).abs() * 100.0,
+            if values[0] < 1.0 { "small" } else { "large" }
         )
     }
 }

@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
     /// Folder for the report, the picture and the logs
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
-    /// Also write what the controller's sensors showed as one log (CSV) per rig
+    /// Also write, per rig, what the controller's sensors showed and the true states, as logs (CSV)
     #[arg(long)]
     logs: bool,
 }
@@ -101,6 +101,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
             let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name)));
             run.recording.to_log().write(&path)?;
             say!("Log:     {}", path.display());
+            let path = arguments.out.join(format!("{}-true.csv", super::file_name(&run.name)));
+            run.recording.to_true_log().write(&path)?;
+            say!("States:  {}", path.display());
         }
     }
     Ok(())

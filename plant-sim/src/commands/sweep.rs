@@ -2,8 +2,9 @@
 
 use super::{CliError, RigArgument};
 use indicatif::{ProgressBar, ProgressStyle};
+use plant_sim::charts::{MM, scaled};
 use plant_sim::metrics::StepMetrics;
-use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, run_all, within_tolerance};
+use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, response, run_all, within_tolerance};
 use plant_sim::{LoopSettings, MonitorAction, controller};
 use report_html::{Page, Plot, Series, Table};
 use rig_files::{InputError, RigFile, write_file};
@@ -63,6 +64,9 @@ pub(crate) struct Arguments {
 
 /// More runs than this are refused: the results are kept in memory.
 const MOST_RUNS: usize = 5_000_000;
+
+/// Responses drawn over each other: more than a palette's colours cannot be told apart.
+const MOST_RESPONSES: usize = 7;
 
 /// A figure of a run.
 struct Figure {
@@ -133,7 +137,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let csv = arguments.out.join("sweep.csv");
     write_file(&csv, |out| out.write_all(to_csv(&keys, &done).as_bytes()))?;
     let html = arguments.out.join("sweep.html");
-    let page = page(arguments, &keys, &done, table);
+    let responses = responses(&base, &keys, &done).map_err(|(job, error)| refused(&keys, job, &error.to_string()))?;
+    let page = page(arguments, &keys, &done, table, responses);
     write_file(&html, |out| out.write_all(page.to_html().as_bytes()))?;
     say!("Results: {}\nReport:  {}", csv.display(), html.display());
     if done.len() < jobs.len() {
@@ -272,7 +277,78 @@ fn to_csv(keys: &[Key], done: &[(&Job, &Outcome)]) -> String {
     text
 }
 
-fn page(arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)], table: Table) -> Page {
+/// The responses of a grid over one key, at most [`MOST_RESPONSES`] of them, evenly spread; empty for anything else.
+fn responses<'a>(
+    base: &Base,
+    keys: &[Key],
+    done: &[(&'a Job, &Outcome)],
+) -> Result<Vec<Series>, (&'a Job, plant_sim::LoopError)> {
+    let [key] = keys else { return Ok(Vec::new()) };
+    let count = done.len().min(MOST_RESPONSES);
+    let spread = |k: usize| k * (done.len() - 1) / (count - 1).max(1);
+    let chosen = (0..count).filter_map(|k| done.get(spread(k)));
+    chosen
+        .map(|(job, _)| {
+            let (t_s, y_m) = response(base, keys, job).map_err(|error| (*job, error))?;
+            let name = format!("{} = {}", key.name(), (job.values[0] * 1e9).round() / 1e9);
+            Ok(Series::line(name, t_s, scaled(&y_m, MM)))
+        })
+        .collect()
+}
+
+/// The distribution of each figure over all runs.
+fn distributions(page: &mut Page, done: &[(&Job, &Outcome)]) {
+    page.section("Distributions");
+    let mut plots = Vec::new();
+    for figure in &FIGURES {
+        let values = sorted(&column(done, figure));
+        let count = done.len().max(1) as f64;
+        let shares = (1..=values.len()).map(|rank| 100.0 * rank as f64 / count).collect();
+        if !values.is_empty() {
+            let plot = Plot::new(figure.label, figure.label, "runs at or below, %");
+            plots.push(plot.with(Series::curve("runs", values, shares)).y_range(0.0, 100.0).height_px(240));
+        }
+    }
+    page.plots(plots);
+}
+
+/// Each figure against each key that was asked to vary; the twenty tolerances of a Monte Carlo would bury it. On a grid over
+/// two keys one colour stands for one value of the other key, as far as there are few enough.
+fn against(page: &mut Page, arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)]) {
+    let happened = |figure: &Figure| column(done, figure).iter().any(|y| y.is_finite());
+    for (at, key) in keys.iter().enumerate().take(arguments.vary.len()) {
+        page.section(format!("Against {}", key.name()));
+        let other = (arguments.samples.is_none() && keys.len() == 2).then_some(1 - at);
+        let mut values: Vec<f64> = other.map_or(Vec::new(), |k| sorted(&by_key(done, k)));
+        values.dedup();
+        let shown = FIGURES.iter().filter(|figure| figure.column != "crossings" && happened(figure));
+        let plots = shown.map(|figure| {
+            let (x, y) = (by_key(done, at), column(done, figure));
+            let mut plot = Plot::new(figure.label, key.name(), figure.label).height_px(240);
+            match other {
+                Some(k) if values.len() <= MOST_RESPONSES => {
+                    for value in &values {
+                        let part = |all: &[f64]| -> Vec<f64> {
+                            all.iter().zip(done).filter(|(_, d)| d.0.values[k] == *value).map(|(v, _)| *v).collect()
+                        };
+                        let name = format!("{} = {}", keys[k].name(), (value * 1e9).round() / 1e9);
+                        plot = plot.with(Series::curve(name, part(&x), part(&y)));
+                    }
+                    plot
+                }
+                _ if arguments.samples.is_none() && keys.len() == 1 => plot.with(Series::curve("run", x, y)),
+                _ => plot.with(Series::dots("run", x, y)),
+            }
+        });
+        page.plots(plots.collect());
+    }
+}
+
+fn by_key(done: &[(&Job, &Outcome)], at: usize) -> Vec<f64> {
+    done.iter().map(|(job, _)| job.values[at]).collect()
+}
+
+fn page(arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)], table: Table, responses: Vec<Series>) -> Page {
     let mut page = Page::new(format!("Sweep over {}", arguments.rig.rig.display()));
     page.text(format!(
         "{} positioning steps to {} mm, {} s each, seed {}.",
@@ -291,29 +367,18 @@ fn page(arguments: &Arguments, keys: &[Key], done: &[(&Job, &Outcome)], table: T
         ));
     }
     page.table(table.caption("A figure that did not happen in a run (not settled, not risen) is left out of its row."));
-    page.section("Distributions");
-    let mut plots = Vec::new();
-    for figure in &FIGURES {
-        let values = sorted(&column(done, figure));
-        let count = done.len().max(1) as f64;
-        let shares = (1..=values.len()).map(|rank| 100.0 * rank as f64 / count).collect();
-        if !values.is_empty() {
-            let plot = Plot::new(figure.label, figure.label, "runs at or below, %");
-            plots.push(plot.with(Series::curve("runs", values, shares)).y_range(0.0, 100.0).height_px(240));
-        }
+    if !responses.is_empty() {
+        page.section("Responses");
+        let plot = Plot::new("Position", "time, s", "y, mm").height_px(380);
+        page.plot(responses.into_iter().fold(plot, Plot::with));
     }
-    page.plots(plots);
-    // Against what was asked to vary; the twenty tolerances of a Monte Carlo would bury it.
-    for (at, key) in keys.iter().enumerate().take(arguments.vary.len()) {
-        page.section(format!("Against {}", key.name()));
-        let x: Vec<f64> = done.iter().map(|(job, _)| job.values[at]).collect();
-        let happened = |figure: &Figure| column(done, figure).iter().any(|y| y.is_finite());
-        let shown = FIGURES.iter().filter(|figure| figure.column != "crossings" && happened(figure));
-        let plots = shown.map(|figure| {
-            let plot = Plot::new(figure.label, key.name(), figure.label).height_px(240);
-            plot.with(Series::dots("run", x.clone(), column(done, figure)))
-        });
-        page.plots(plots.collect());
+    // On a grid the figures depend on where in it; their distribution says little more than which grid was asked for.
+    if arguments.samples.is_none() {
+        against(&mut page, arguments, keys, done);
+        distributions(&mut page, done);
+    } else {
+        distributions(&mut page, done);
+        against(&mut page, arguments, keys, done);
     }
     page
 }
