@@ -50,7 +50,7 @@ impl OrderOutcome {
 }
 
 /// The board's side of a conversation, past framing and sessions.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Desk {
     settings: Settings,
     tick_hz: u32,

@@ -205,7 +205,7 @@ fn the_watchdog_is_fed_only_when_sampling_control_and_communication_all_move() {
 }
 
 #[test]
-fn a_loop_that_stops_is_dead_after_two_checks() {
+fn a_loop_that_stops_is_dead_after_two_checks_and_stays_dead() {
     let mut supervisor = Supervisor::default();
     let mut now = Progress { sampling: 5, control: 5, communication: [1, 1] };
     assert_eq!(supervisor.check(now), Verdict::Feed);
@@ -215,7 +215,8 @@ fn a_loop_that_stops_is_dead_after_two_checks() {
     assert_eq!(supervisor.check(now), Verdict::LoopDead);
     now.sampling += 1;
     now.control += 1;
-    assert_eq!(supervisor.check(now), Verdict::Feed);
+    now.communication = [4, 4];
+    assert_eq!(supervisor.check(now), Verdict::LoopDead);
 }
 
 #[test]

@@ -90,6 +90,17 @@ fn leave(mut note: Note, kind: FaultKind) -> ! {
     board::reset()
 }
 
+/// Valve to mid, no air, and nothing runs until the watchdog resets the chip: its flag is what tells the operator. Without
+/// the interrupts off, triggers that return would let the loop drive the valve until then.
+pub(crate) fn wait_for_the_watchdog() -> ! {
+    cortex_m::interrupt::disable();
+    board::valve_to_mid_at_once();
+    board::air_off_at_once();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
 /// What happened before the reset, if something did.
 pub(crate) struct PreviousFault {
     note: Note,

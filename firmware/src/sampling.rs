@@ -87,7 +87,7 @@ fn ADC1_2() {
     let sampled = DWT::cycle_count();
 
     let faults = owned.timing.begin(entry, sequence.mixed);
-    if faults.missed_tick {
+    if faults.missed_ticks > 0 {
         SNAPSHOT.count_late();
     }
     let host_heard = HOST_HEARD.load(Ordering::Relaxed);

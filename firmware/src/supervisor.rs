@@ -10,7 +10,7 @@ use embassy_time::{Duration, Ticker};
 use firmware_core::{Progress, Supervisor, Verdict};
 
 use crate::sampling::{CONTROLLED, SAMPLED, SNAPSHOT};
-use crate::{board, commands};
+use crate::{commands, faults};
 
 /// A quarter of the watchdog's period: three rounds may fail before it bites.
 const ROUND: Duration = Duration::from_millis(5);
@@ -35,8 +35,7 @@ pub(crate) async fn supervisor_task(
         match supervisor.check(progress) {
             Verdict::Feed => watchdog.pet(),
             Verdict::Wait => {}
-            // Not fed either: the reset that follows is what tells the operator.
-            Verdict::LoopDead => board::valve_to_mid_at_once(),
+            Verdict::LoopDead => faults::wait_for_the_watchdog(),
         }
         rounds = rounds.wrapping_add(1);
         // Steady while running, slow while idle, fast while safe: told apart from across the room.

@@ -4,6 +4,9 @@
 //! queue delivered, in the ticks in which they did. Every valve code must be the same. Skipped with a message where the target
 //! is not installed, and without POSITIONER_TESTS=all.
 
+#[path = "emulated/faults.rs"]
+mod faults;
+
 use std::sync::OnceLock;
 
 use board_link::{
@@ -40,6 +43,7 @@ fn elf() -> Option<&'static [u8]> {
 }
 
 /// The cylinder and its sensors at the pins.
+#[derive(Clone)]
 struct Rig {
     simulator: Simulator<f64>,
     sensors: [SensorChannel; 4],
@@ -174,6 +178,43 @@ impl Bench {
             answers: Accumulator::new(),
             session: 0,
             sequence: 0,
+            ticks: Vec::new(),
+            compared: 0,
+            differences: Vec::new(),
+            log: Vec::new(),
+        }
+    }
+
+    /// Idle, a session open.
+    fn idle(elf: &[u8]) -> Self {
+        let mut bench = Self::boot(elf);
+        assert_eq!(bench.run(0.3), None);
+        bench.open_session();
+        bench
+    }
+
+    /// Armed, the piston held where it stands.
+    fn armed(elf: &[u8]) -> Self {
+        let mut bench = Self::idle(elf);
+        bench.done(Command::Arm);
+        assert_eq!(bench.run(0.2), None);
+        bench
+    }
+
+    /// A second board in the same state, which goes on by itself.
+    fn copy(&self) -> Self {
+        Self {
+            machine: self.machine.clone(),
+            host: self.host.clone(),
+            desk: self.desk.clone(),
+            // The next tick fills it.
+            snapshot: Snapshot::new(),
+            order: self.order.clone(),
+            host_heard_at: self.host_heard_at,
+            order_queue_at: self.order_queue_at,
+            answers: Accumulator::new(),
+            session: self.session,
+            sequence: self.sequence,
             ticks: Vec::new(),
             compared: 0,
             differences: Vec::new(),

@@ -77,6 +77,11 @@ pub(crate) fn valve_to_mid_at_once() {
     }
 }
 
+/// No air any more, whoever owns the output: PB0 on every board so far.
+pub(crate) fn air_off_at_once() {
+    pac::GPIOB.bsrr().write(|w| w.set_br(0, true));
+}
+
 /// Why the chip started, read from RCC_CSR. Reading clears the flags, so this is called once.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum ResetCause {
