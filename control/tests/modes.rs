@@ -177,7 +177,7 @@ fn every_reason_has_its_own_word_and_a_number_that_leads_back_to_it() {
     words.sort_unstable();
     words.dedup();
     assert_eq!(words.len(), Reason::ALL.len());
-    assert_eq!(Reason::from_code(21), None);
+    assert_eq!(Reason::from_code(23), None);
 }
 
 #[test]

@@ -34,8 +34,12 @@ async fn main(spawner: Spawner) {
     let mut store = storage::open(board.flash);
     let loaded = match &mut store {
         Some(store) => store.load().await,
-        None => Loaded::Corrupt(Settings::default()),
+        None => {
+            defmt::error!("flash has a single bank (option bit DBANK): nothing can be saved");
+            Loaded::Corrupt(Settings::default())
+        }
     };
+    let unreadable = matches!(loaded, Loaded::Corrupt(_));
     match &loaded {
         Loaded::Stored(_) => defmt::info!("parameters from flash"),
         Loaded::Empty(_) => defmt::info!("no parameters in flash: defaults"),
@@ -51,7 +55,8 @@ async fn main(spawner: Spawner) {
         }
     };
 
-    let reset = reset_reason(cause, previous.as_ref());
+    // Ahead of the reset's reason, whose text `last-fault` tells as well: these defaults fit another cylinder.
+    let reset = unreadable.then_some(Reason::ParametersUnreadable).or(reset_reason(cause, previous.as_ref()));
     let control_loop = ControlLoop::new(setup, reset);
     let desk = Desk::new(settings.clone(), board::NAME, env!("CARGO_PKG_VERSION"), fault_text(previous.as_ref()));
     let background = sampling::start(board.sampler, board.valve, board.air, control_loop, settings.tick_hz());

@@ -9,9 +9,15 @@ use crate::board;
 /// The store in the last pages of bank 2.
 pub(crate) type Store = ParameterStore<Flash<'static, Async>>;
 
-/// Opens the store. `None` only if the board's page range is wrong, which no configuration can bring about.
+/// Opens the store. `None` with a single bank: the option bytes forbid it.
 pub(crate) fn open(flash: Flash<'static, Async>) -> Option<Store> {
-    ParameterStore::new(flash, board::PARAMETER_FLASH)
+    if two_banks() { ParameterStore::new(flash, board::PARAMETER_FLASH) } else { None }
+}
+
+/// Whether flash has two banks (option bit DBANK, set when the chip is delivered). With one bank, the numbers of pages mean
+/// other pages: an erasure would hit the program. The driver asks in its blocking constructor alone.
+pub(crate) fn two_banks() -> bool {
+    pac::FLASH.optr().read().dbank()
 }
 
 /// A power cut in the midst of a write can leave a word whose check bits are wrong; reading it raises this exception

@@ -117,3 +117,152 @@ fn three_lost_triggers_in_a_row_trip_and_two_are_bridged() {
         assert_eq!(state, if ticks < 3 { "run" } else { "safe:missed-tick" }, "after {ticks} lost triggers");
     }
 }
+
+#[test]
+fn sixty_saves_in_a_row_succeed_and_each_is_what_the_next_start_finds() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    for save in 1..=60_u16 {
+        bench.done(Command::Set(Parameter::TelemetryEvery, save.into()));
+        assert_eq!(bench.answer_or_reset(Command::Save), Ok(Ok(Reply::Done)), "save {save}");
+        let mut later = bench.copy();
+        later.power_cycle();
+        assert_eq!(later.run(0.05), None);
+        later.open_session();
+        assert_eq!(later.get(Parameter::TelemetryEvery), f32::from(save));
+    }
+    assert!(bench.machine().chip.flash.erased >= 3, "pages were erased on the way");
+}
+
+#[test]
+fn a_supply_that_fails_at_any_operation_of_the_flash_leaves_the_old_set_or_the_new_one() {
+    let Some(elf) = elf() else { return };
+    let parameter = Parameter::TelemetryEvery;
+    let mut bench = Bench::idle(elf);
+    let mut seen = [0, 0];
+    // No page is blank any more.
+    for _ in 0..16 {
+        bench.done(Command::Save);
+    }
+    for save in 1..=5_u16 {
+        let (old, new) = (f32::from(save), f32::from(save + 1));
+        bench.done(Command::Set(parameter, old));
+        bench.done(Command::Save);
+        bench.done(Command::Set(parameter, new));
+        bench.send(Command::Save);
+        let mut before = bench.machine().chip.flash.programmed + bench.machine().chip.flash.erased;
+        let mut busy = false;
+        for _ in 0..6_000 {
+            assert_eq!(bench.run(20e-6), None, "save {save}");
+            let flash = &bench.machine().chip.flash;
+            let (done, now_busy) = (flash.programmed + flash.erased, flash.busy());
+            // The first look at an operation under way.
+            if now_busy && (!busy || done != before) {
+                let mut cut = bench.copy();
+                cut.power_cycle();
+                assert_eq!(cut.run(0.05), None);
+                cut.open_session();
+                let found = cut.get(parameter);
+                assert!(found == old || found == new, "save {save}, cut in operation {done}: {found}");
+                seen[usize::from(found == new)] += 1;
+            }
+            (before, busy) = (done, now_busy);
+        }
+        for byte in bench.machine().chip.lpuart.take_sent() {
+            let _ = bench.answers.push::<Response>(byte);
+        }
+    }
+    println!("cut before the new set was complete {} times, behind it {} times", seen[0], seen[1]);
+    assert!(seen[0] > 200, "{seen:?}");
+}
+
+#[test]
+fn pages_full_of_rubbish_latch_a_reason_forbid_arming_and_the_first_save_works() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::boot(elf);
+    for (n, byte) in bench.machine().chip.flash.bytes[PARAMETERS].iter_mut().enumerate() {
+        *byte = ((n as u32).wrapping_mul(2_654_435_761) >> 24) as u8;
+    }
+    assert_eq!(bench.run(0.3), None);
+    bench.open_session();
+    assert_eq!(bench.state(), "safe:parameters-unreadable");
+    assert_eq!(bench.answer_or_reset(Command::Arm), Ok(Err(Refusal::State)));
+    assert_eq!(bench.answer_or_reset(Command::Save), Ok(Ok(Reply::Done)));
+    bench.power_cycle();
+    assert_eq!(bench.run(0.3), None);
+    bench.open_session();
+    assert_eq!(bench.state(), "idle");
+}
+
+#[test]
+fn a_restart_by_command_is_never_taken_for_the_watchdogs() {
+    let Some(elf) = elf() else { return };
+    for n in 0..20 {
+        let mut bench = Bench::boot(elf);
+        bench.machine().chip.iwdg.oscillator = 1.05;
+        assert_eq!(bench.run(0.15 + 0.000_25 * f64::from(n)), None);
+        bench.open_session();
+        let answered = bench.answer_or_reset(Command::Restart);
+        assert_eq!(answered, Ok(Ok(Reply::Done)), "restart {n}");
+        assert_eq!(bench.run(0.2), Some(ResetCause::Software), "restart {n}");
+    }
+}
+
+#[test]
+fn a_host_that_asks_faster_than_the_line_can_answer_does_not_stop_a_running_board() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    // A non-maskable interrupt out of nothing is a panic, and its long message is what `last-fault` answers.
+    bench.machine().chip.system.raise_nmi();
+    assert_eq!(bench.run(0.01), Some(ResetCause::Software));
+    bench.reset(ResetCause::Software, Some(Reason::Panic));
+    bench.machine().chip.iwdg.oscillator = 1.05;
+    assert_eq!(bench.run(0.1), None);
+    bench.open_session();
+    assert_eq!(bench.state(), "safe:panic");
+    bench.done(Command::Acknowledge);
+    assert_eq!(bench.run(0.2), None);
+    bench.done(Command::Arm);
+    let repeated = frame(bench.session, bench.sequence, Command::LastFault);
+    for _ in 0..50 {
+        for _ in 0..6 {
+            bench.machine().chip.send(&repeated);
+            // One number after another: pipelined, then each of them again.
+            bench.send(Command::LastFault);
+        }
+        assert_eq!(bench.run(0.01), None, "a reset in the midst of the questions");
+    }
+    assert_eq!(bench.host.mode().to_string(), "run");
+    bench.agrees();
+}
+
+#[test]
+fn a_save_that_the_flash_refuses_is_not_answered_with_done() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    bench.done(Command::Save);
+    bench.done(Command::Set(Parameter::TelemetryEvery, 7.0));
+    bench.machine().chip.flash.refusing = true;
+    assert_eq!(bench.answer_or_reset(Command::Save), Ok(Err(Refusal::Storage)));
+    bench.machine().chip.flash.refusing = false;
+    assert_eq!(bench.answer_or_reset(Command::Save), Ok(Ok(Reply::Done)));
+}
+
+#[test]
+fn with_a_single_bank_nothing_is_erased_and_the_parameters_count_as_unreadable() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::boot(elf);
+    bench.machine().chip.flash.optr &= !(1 << 22);
+    assert_eq!(bench.run(0.3), None);
+    bench.open_session();
+    assert_eq!(bench.state(), "safe:parameters-unreadable");
+    assert_eq!(bench.answer_or_reset(Command::Save), Ok(Err(Refusal::Storage)));
+    let flash = &bench.machine().chip.flash;
+    assert_eq!((flash.erased, flash.programmed), (0, 0));
+    // Somebody changes the option bytes behind the firmware's back.
+    let mut bench = Bench::idle(elf);
+    bench.machine().chip.flash.optr &= !(1 << 22);
+    assert_eq!(bench.answer_or_reset(Command::Save), Ok(Err(Refusal::Storage)));
+    let flash = &bench.machine().chip.flash;
+    assert_eq!((flash.erased, flash.programmed), (0, 0));
+}
