@@ -7,7 +7,7 @@ use core::cell::UnsafeCell;
 use core::fmt::Write;
 use core::mem::MaybeUninit;
 
-use crate::board;
+use crate::board::{self, ResetCause};
 
 const MAGIC: u32 = 0x504E_4555;
 const TEXT_BYTES: usize = 160;
@@ -125,8 +125,12 @@ impl PreviousFault {
     }
 }
 
-/// Takes the note of the previous run. Called once, at start.
-pub(crate) fn take_previous() -> Option<PreviousFault> {
+/// Takes the note of the previous run. Called once, at start. Whoever leaves a note resets the chip by software; after
+/// power-up the RAM has not been written, and where its parity is checked, reading it would be a fault.
+pub(crate) fn take_previous(cause: ResetCause) -> Option<PreviousFault> {
+    if cause != ResetCause::Software {
+        return None;
+    }
     // SAFETY: any bit pattern is a valid `Note` (plain integers), and nothing else touches it at start.
     let note = unsafe { NOTE.0.get().read_volatile().assume_init() };
     let kind = match note.kind {

@@ -20,7 +20,7 @@ async fn main(spawner: Spawner) {
     // Until here the pin was high impedance, and the output stage held the valve at mid.
     board::valve_to_mid_at_once();
     let cause = board::reset_cause();
-    let previous = faults::take_previous();
+    let previous = faults::take_previous(cause);
 
     static BUFFERS: ConstStaticCell<SerialBuffers> =
         ConstStaticCell::new(SerialBuffers { transmit: [0; 256], receive: [0; 256] });

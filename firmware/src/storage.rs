@@ -20,15 +20,31 @@ pub(crate) fn two_banks() -> bool {
     pac::FLASH.optr().read().dbank()
 }
 
-/// A power cut in the midst of a write can leave a word whose check bits are wrong; reading it raises this exception
-/// (RM0440, 3.3.4). The word reads as rubbish, which the store's own checksums reject, so there is nothing to do but to
-/// acknowledge. Any other non-maskable interrupt is a fault.
+/// Two wrong bits in a double word of flash, or a wrong parity bit in RAM, raise this exception (RM0440, 3.3.4 and 2.4.2).
+///
+/// Among the parameters, a power cut in the midst of a write can leave such a word: it reads as rubbish, which the store's
+/// check values reject, so there is nothing to do but to acknowledge. Anywhere else it is an instruction or a constant, and
+/// nothing can be trusted any more: the panic's way, valve to mid and reset.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() {
     let status = pac::FLASH.eccr().read();
-    if status.eccd() || status.eccd2() {
+    if status.eccd() && in_parameters(status) {
         pac::FLASH.eccr().write_value(status);
+    } else if status.eccd() || status.eccd2() {
+        panic!("two wrong bits in flash: ECCR {:#010x}", status.0);
+    } else if pac::SYSCFG.cfgr2().read().spf() {
+        panic!("wrong parity in RAM");
     } else {
         panic!("non-maskable interrupt without a flash error");
     }
+}
+
+/// Whether the wrong word stands in the parameters' pages. Bank 2 holds nothing else that is read. Within the bank, the
+/// manual leaves open whether the address counts bytes or double words: both are accepted, and neither is program.
+fn in_parameters(status: pac::flash::regs::Eccr) -> bool {
+    const BANK_BYTES: u32 = 256 << 10;
+    let pages = board::PARAMETER_FLASH.start - BANK_BYTES..board::PARAMETER_FLASH.end - BANK_BYTES;
+    let address = status.addr_ecc();
+    let there = pages.contains(&address) || pages.contains(&(address * 8));
+    status.bk_ecc() && !status.sysf_ecc() && there
 }

@@ -237,6 +237,53 @@ fn a_host_that_asks_faster_than_the_line_can_answer_does_not_stop_a_running_boar
 }
 
 #[test]
+fn two_wrong_bits_in_a_word_of_the_program_stop_it_with_the_valve_at_mid() {
+    let Some(elf) = elf() else { return };
+    let mut armed = Bench::armed(elf);
+    // Every double word that one millisecond executes.
+    let mut words = std::collections::BTreeSet::new();
+    let mut tick = armed.copy();
+    let end = tick.machine().chip.now + stm32_emulator::time::from_seconds(MILLISECOND);
+    while tick.machine().chip.now < end {
+        words.insert((tick.machine().core.pc - 0x0800_0000) as usize & !7);
+        assert_eq!(tick.machine().step(end).expect("the run is modelled"), None);
+    }
+    let words: Vec<usize> = words.into_iter().collect();
+    assert!(armed.machine().chip.now > 0 && words.len() > 400, "{} words", words.len());
+    for (n, at) in words.iter().step_by(words.len() / 40).enumerate() {
+        let mut bench = armed.copy();
+        let flash = &mut bench.machine().chip.flash;
+        flash.bytes[at + n % 8] ^= 0x11 << (n % 4);
+        flash.damage(*at, Ecc::Detected);
+        let before = bench.machine().chip.now;
+        let reset = bench.run(0.1);
+        let after = to_seconds(bench.machine().chip.now - before);
+        assert!(reset.is_some(), "the word at {at:#x} is wrong and the board goes on");
+        assert!(after < 0.03, "the word at {at:#x} is wrong and the reset comes after {after} s");
+        if reset == Some(ResetCause::Software) {
+            assert_eq!(bench.machine().chip.dac.pin(), MID, "the word at {at:#x}");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_word_among_the_parameters_is_no_fault_of_the_program() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    bench.done(Command::Set(Parameter::TelemetryEvery, 7.0));
+    bench.done(Command::Save);
+    let written = PARAMETERS.step_by(8).filter(|at| bench.machine().chip.flash.bytes[*at] != 0xFF).count();
+    assert!(written > 20, "{written} double words");
+    for at in PARAMETERS.step_by(8) {
+        bench.machine().chip.flash.damage(at, Ecc::Detected);
+    }
+    bench.power_cycle();
+    assert_eq!(bench.run(0.3), None);
+    bench.open_session();
+    assert!(["idle", "safe:parameters-unreadable"].contains(&bench.state().as_str()));
+}
+
+#[test]
 fn a_save_that_the_flash_refuses_is_not_answered_with_done() {
     let Some(elf) = elf() else { return };
     let mut bench = Bench::idle(elf);
