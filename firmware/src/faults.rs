@@ -21,6 +21,8 @@ pub(crate) enum FaultKind {
     StackOverflow,
     /// Any other hard fault.
     HardFault,
+    /// What the control interrupt owns changed between two ticks.
+    MemoryCorrupted,
 }
 
 /// The note itself.
@@ -90,6 +92,14 @@ fn leave(mut note: Note, kind: FaultKind) -> ! {
     board::reset()
 }
 
+/// What the control interrupt owns is no longer what it left: the panic's way, without a text.
+#[cold]
+#[inline(never)]
+pub(crate) fn memory_corrupted() -> ! {
+    cortex_m::interrupt::disable();
+    leave(Note::EMPTY, FaultKind::MemoryCorrupted)
+}
+
 /// Valve to mid, no air, and nothing runs until the watchdog resets the chip: its flag is what tells the operator. Without
 /// the interrupts off, triggers that return would let the loop drive the valve until then.
 pub(crate) fn wait_for_the_watchdog() -> ! {
@@ -136,6 +146,7 @@ pub(crate) fn take_previous(cause: ResetCause) -> Option<PreviousFault> {
     let kind = match note.kind {
         kind if kind == FaultKind::Panic as u32 => FaultKind::Panic,
         kind if kind == FaultKind::StackOverflow as u32 => FaultKind::StackOverflow,
+        kind if kind == FaultKind::MemoryCorrupted as u32 => FaultKind::MemoryCorrupted,
         _ => FaultKind::HardFault,
     };
     let genuine = note.magic == MAGIC && note.check == note.sum();

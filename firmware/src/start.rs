@@ -70,6 +70,7 @@ fn reset_reason(cause: ResetCause, previous: Option<&PreviousFault>) -> Option<R
     match (previous.map(|fault| fault.kind), cause) {
         (Some(FaultKind::StackOverflow), _) => Some(Reason::StackOverflow),
         (Some(FaultKind::Panic | FaultKind::HardFault), _) => Some(Reason::Panic),
+        (Some(FaultKind::MemoryCorrupted), _) => Some(Reason::MemoryCorrupted),
         (None, ResetCause::Watchdog) => Some(Reason::WatchdogReset),
         (None, ResetCause::PowerOrPin | ResetCause::Software | ResetCause::Other) => None,
     }
@@ -84,7 +85,11 @@ fn fault_text(previous: Option<&PreviousFault>) -> TextWord {
         None => Ok(()),
         Some(fault) if fault.kind == FaultKind::Panic => write!(text, "{}", fault.text()),
         Some(fault) => {
-            let name = if fault.kind == FaultKind::StackOverflow { "stack overflow" } else { "hard fault" };
+            let name = match fault.kind {
+                FaultKind::StackOverflow => "stack overflow",
+                FaultKind::MemoryCorrupted => "memory of the control interrupt changed by itself",
+                FaultKind::HardFault | FaultKind::Panic => "hard fault",
+            };
             let [cfsr, hfsr, bfar, sp] = fault.registers();
             write!(text, "{name}: CFSR {cfsr:#010x} HFSR {hfsr:#010x} BFAR {bfar:#010x} SP {sp:#010x}")
         }

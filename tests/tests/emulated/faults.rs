@@ -1,6 +1,8 @@
 //! Faults below the software: lost triggers, flash that fails, words that rot, a supply that goes. Each ends in a named state.
 
-use board_link::{Command, FRAME_BYTES, PROTOCOL_VERSION, Parameter, Refusal, Reply, Request, Response, encode};
+use board_link::{
+    Command, FRAME_BYTES, Generator, PROTOCOL_VERSION, Parameter, Refusal, Reply, Request, Response, encode,
+};
 use defmt_decoder::DecodeError;
 use stm32_emulator::peripherals::flash::Ecc;
 use stm32_emulator::peripherals::rcc::ResetCause;
@@ -312,4 +314,23 @@ fn with_a_single_bank_nothing_is_erased_and_the_parameters_count_as_unreadable()
     assert_eq!(bench.answer_or_reset(Command::Save), Ok(Err(Refusal::Storage)));
     let flash = &bench.machine().chip.flash;
     assert_eq!((flash.erased, flash.programmed), (0, 0));
+}
+
+#[test]
+fn bench_mode_at_ten_thousand_ticks_a_second_is_never_late() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    bench.done(Command::Set(Parameter::TickHz, 10_000.0));
+    bench.done(Command::Save);
+    bench.power_cycle();
+    assert_eq!(bench.run(0.2), None);
+    bench.open_session();
+    bench.done(Command::Bench { on: true });
+    assert_eq!(bench.run(0.2), None);
+    bench.done(Command::Arm);
+    bench.done(Command::Generate(Generator::Hold { position_um: 50_000 }));
+    assert_eq!(bench.run(0.3), None);
+    bench.agrees();
+    let Ok(Reply::Status(status)) = bench.ask(Command::Status).result else { panic!("no status") };
+    assert_eq!((status.state.as_str(), status.overruns, status.late_ticks), ("run", 0, 0));
 }
