@@ -7,7 +7,7 @@ use control::ExternalFaults;
 #[derive(Clone, Debug)]
 pub struct Timing {
     cycles_per_tick: u32,
-    last_entry: Option<u32>,
+    last_update: Option<u32>,
     overran: bool,
 }
 
@@ -15,14 +15,19 @@ impl Timing {
     /// For ticks of so many cycles, at most 2^30.
     #[must_use]
     pub fn new(cycles_per_tick: u32) -> Self {
-        Self { cycles_per_tick, last_entry: None, overran: false }
+        Self { cycles_per_tick, last_update: None, overran: false }
     }
 
-    /// At the interrupt's entry. `mixed`: the next conversion was already under way when this one was read.
+    /// When the samples are read: at `now_cycles`, so many cycles after the last update of the timer. `mixed`: that update was one
+    /// too many, as the next conversion was already under way.
+    ///
+    /// From update to update, and not from interrupt to interrupt: an interrupt that comes late has not missed a tick.
     #[inline]
-    pub fn begin(&mut self, entry_cycles: u32, mixed: bool) -> ExternalFaults {
-        let elapsed = self.last_entry.map_or(0, |last| entry_cycles.wrapping_sub(last));
-        self.last_entry = Some(entry_cycles);
+    pub fn begin(&mut self, now_cycles: u32, since_update: u32, mixed: bool) -> ExternalFaults {
+        let ahead = if mixed { self.cycles_per_tick } else { 0 };
+        let update = now_cycles.wrapping_sub(since_update).wrapping_sub(ahead);
+        let elapsed = self.last_update.map_or(0, |last| update.wrapping_sub(last));
+        self.last_update = Some(update);
         ExternalFaults {
             missed_ticks: self.ticks_missed(elapsed),
             late_tick: self.overran,
@@ -31,7 +36,7 @@ impl Timing {
         }
     }
 
-    /// Whole ticks that fit in between: an interrupt half a tick late has missed none, one later has missed one.
+    /// Whole ticks that fit in between; the cycles lie within half a tick of whole ones.
     #[inline]
     fn ticks_missed(&self, elapsed: u32) -> u8 {
         let tick = self.cycles_per_tick;

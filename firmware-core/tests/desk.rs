@@ -263,3 +263,29 @@ fn a_new_board_runs_with_the_defaults_that_the_controllers_page_lists() {
     let listed = control::Parameters { setpoint_range_m: board.setpoint_range_m, ..control::Parameters::default() };
     assert_eq!(board, listed);
 }
+
+#[test]
+fn a_tick_rate_for_the_next_start_must_fit_the_other_parameters_and_changes_nothing_before() {
+    let mut board = Board::idle();
+    // At 10 kHz this is less than a tick can add to the velocity.
+    assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.005)), Ok(Reply::Done));
+    let refused = Err(Refusal::Configuration);
+    assert_eq!(board.ask(Command::Set(Parameter::TickHz, 10_000.0)), refused);
+    assert_eq!(board.ask(Command::Get(Parameter::TickHz)), Ok(Reply::Value(1000.0)));
+    assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.0)), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Set(Parameter::TickHz, 10_000.0)), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.005)), refused);
+    assert_eq!(board.desk.in_force().tick_hz(), 1000);
+    assert_eq!(board.desk.settings().tick_hz(), 10_000);
+
+    // The simulated plant lives at the timer's rate, too.
+    let mut plain = Board::idle();
+    for board in [&mut board, &mut plain] {
+        assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));
+        board.run(200, at_rest);
+        assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+        assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 50_000 })), Ok(Reply::Done));
+        board.run(100, at_rest);
+    }
+    assert_eq!(board.snapshot.read().codes, plain.snapshot.read().codes);
+}

@@ -9,7 +9,7 @@ use cortex_m::peripheral::DWT;
 use embassy_stm32::usart::{BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
-use firmware_core::{Action, Desk, Order, OrderOutcome};
+use firmware_core::{Action, Desk, Order, OrderOutcome, Scales};
 
 use crate::ring::Writer;
 use crate::sampling::{HOST_HEARD, ORDERS, SNAPSHOT};
@@ -60,13 +60,17 @@ pub(crate) async fn command_task(mut task: CommandTask, serial: BufferedUart<'st
                 None => {}
                 Some(Err(_)) => bad_frames = bad_frames.wrapping_add(1),
                 Some(Ok(request)) => {
-                    HOST_HEARD.store(true, Ordering::Relaxed);
                     let answer = match session.admit(&request, DWT::cycle_count()) {
                         Admission::Answer(answer) => answer,
                         Admission::Execute(command) => {
                             let decision = task.desk.decide(command, &SNAPSHOT, bad_frames);
                             let restart = matches!(decision, Ok(Action::Restart));
-                            let answer = session.answered(task.carry_out(decision).await);
+                            let result = task.carry_out(decision).await;
+                            // A frame that is foreign, repeated or refused does not show that the host is in its right mind.
+                            if result.is_ok() {
+                                HOST_HEARD.store(true, Ordering::Relaxed);
+                            }
+                            let answer = session.answered(result);
                             if restart {
                                 send(&mut transmit, &answer).await;
                                 let _ = within(RESTART_ROUNDS, core::future::pending::<()>()).await;
@@ -125,6 +129,7 @@ impl CommandTask {
     }
 
     async fn order(&mut self, order: Order, outcome: OrderOutcome) -> Result<Reply, Refusal> {
+        let configured = matches!(order, Order::Configure(_));
         self.orders.enqueue(order).map_err(|_| Refusal::Busy)?;
         let before = SNAPSHOT.ticks();
         for _ in 0..ORDER_WAIT_MS {
@@ -132,6 +137,9 @@ impl CommandTask {
             Timer::after_millis(1).await;
             // Taken, and the tick that took it has been published: two ticks later at the latest.
             if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 2 {
+                if configured {
+                    telemetry::NEW_SCALES.signal(Scales::of(&self.desk.in_force()));
+                }
                 return if outcome.shown_by(SNAPSHOT.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) };
             }
         }

@@ -23,7 +23,7 @@ pub(crate) const ORDERS: usize = 1;
 
 /// What the background may read at any time.
 pub(crate) static SNAPSHOT: Snapshot = Snapshot::new();
-/// Set by the command task for every good frame, cleared by the interrupt.
+/// Set by the command task for every request that was carried out, cleared by the interrupt.
 pub(crate) static HOST_HEARD: AtomicBool = AtomicBool::new(false);
 /// Conversions read; wraps.
 pub(crate) static SAMPLED: AtomicU32 = AtomicU32::new(0);
@@ -131,10 +131,8 @@ fn ADC1_2() {
     count(&SAMPLED);
     let sampled = DWT::cycle_count();
 
-    let faults = owned.timing.begin(entry, sequence.mixed);
-    if faults.missed_ticks > 0 {
-        SNAPSHOT.count_late();
-    }
+    let faults = owned.timing.begin(sampled, sequence.since_update, sequence.mixed);
+    SNAPSHOT.count_faults(&faults);
     let host_heard = HOST_HEARD.load(Ordering::Relaxed);
     if host_heard {
         HOST_HEARD.store(false, Ordering::Relaxed);
@@ -148,11 +146,7 @@ fn ADC1_2() {
     owned.valve.set(tick.valve);
     let written = DWT::cycle_count();
     owned.air.set_level(owned.control_loop.air_allowed().into());
-    let overran = owned.sampler.overran();
-    owned.timing.end(overran);
-    if overran {
-        SNAPSHOT.count_overrun();
-    }
+    owned.timing.end(owned.sampler.overran());
     count(&CONTROLLED);
 
     // Past the valve: what follows may take its time, until the next tick.

@@ -19,6 +19,7 @@ use crate::telemetry::telemetry_task;
 async fn main(spawner: Spawner) {
     // Until here the pin was high impedance, and the output stage held the valve at mid.
     board::valve_to_mid_at_once();
+    board::start_watchdog();
     let cause = board::reset_cause();
     let previous = faults::take_previous(cause);
 
@@ -62,7 +63,7 @@ async fn main(spawner: Spawner) {
     let background = sampling::start(board.sampler, board.valve, board.air, control_loop, settings.tick_hz());
     spawner.spawn(defmt::unwrap!(telemetry_task(background.records, Scales::of(&settings))));
     spawner.spawn(defmt::unwrap!(command_task(CommandTask { desk, orders: background.orders, store }, board.serial)));
-    spawner.spawn(defmt::unwrap!(supervisor_task(board.watchdog, board.light)));
+    spawner.spawn(defmt::unwrap!(supervisor_task(board.light)));
 }
 
 /// What the operator has to acknowledge before the loop may leave the safe state.

@@ -317,6 +317,90 @@ fn with_a_single_bank_nothing_is_erased_and_the_parameters_count_as_unreadable()
 }
 
 #[test]
+fn the_log_is_in_the_new_units_as_soon_as_a_range_is_set() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    let scales = |lines: &[String]| lines.iter().rev().find(|line| line.starts_with("scales ")).cloned();
+    let before = scales(&bench.lines(elf)).expect("scales at the start");
+    assert!(before.contains("hz=1000 ") && !before.contains("y1=0.75"), "{before}");
+    bench.done(Command::Set(Parameter::PositionHigh, 0.75));
+    // The rate is the timer's until the next start.
+    bench.done(Command::Set(Parameter::TickHz, 2_000.0));
+    assert_eq!(bench.run(0.01), None);
+    let after = scales(&bench.lines(elf)).expect("scales behind the change");
+    assert!(after.contains("hz=1000 ") && after.contains("y1=0.75"), "{after}");
+}
+
+#[test]
+fn frames_that_are_refused_replayed_or_foreign_do_not_count_as_the_host() {
+    let Some(elf) = elf() else { return };
+    let mut silent = Bench::idle(elf);
+    silent.done(Command::Set(Parameter::CommandTimeOut, 0.1));
+    assert_eq!(silent.run(0.2), None);
+    silent.done(Command::Arm);
+    let (session, sequence) = (silent.session, silent.sequence);
+    let frames = [
+        ("refused", None),
+        ("replayed", Some(frame(session, sequence - 1, Command::Arm))),
+        ("foreign", Some(frame(session ^ 1, sequence, Command::Status))),
+    ];
+    for (kind, bytes) in frames {
+        let mut bench = silent.copy();
+        for _ in 0..15 {
+            match &bytes {
+                Some(bytes) => bench.machine().chip.send(bytes),
+                // Running already.
+                None => bench.send(Command::Arm),
+            }
+            assert_eq!(bench.run(0.02), None);
+        }
+        let _ = bench.machine().chip.lpuart.take_sent();
+        assert_eq!(bench.state(), "safe:command-time-out", "{kind} frames");
+    }
+    for _ in 0..15 {
+        silent.send(Command::Status);
+        assert_eq!(silent.run(0.02), None);
+    }
+    let _ = silent.machine().chip.lpuart.take_sent();
+    assert_eq!(silent.state(), "run");
+}
+
+#[test]
+fn the_first_conversion_is_the_timers() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::boot(elf);
+    let mut entered = Vec::new();
+    while entered.len() < 4 {
+        let machine = bench.machine();
+        let inside = machine.chip.system.current() == CONTROL_INTERRUPT;
+        let end = machine.chip.now + 1_000_000;
+        assert_eq!(machine.step(end).expect("the run is modelled"), None);
+        if !inside && machine.chip.system.current() == CONTROL_INTERRUPT {
+            entered.push(to_seconds(machine.chip.now));
+        }
+    }
+    for pair in entered.windows(2) {
+        assert!((pair[1] - pair[0] - MILLISECOND).abs() < 2e-6, "ticks at {entered:?}");
+    }
+}
+
+#[test]
+fn clocks_or_a_converter_that_never_become_ready_end_in_a_reset_by_the_watchdog() {
+    let Some(elf) = elf() else { return };
+    for pll in [true, false] {
+        let mut bench = Bench::boot(elf);
+        if pll {
+            bench.machine().chip.rcc.pll_stuck = true;
+        } else {
+            bench.machine().chip.adc1.ready_stuck = true;
+        }
+        assert_eq!(bench.run(0.1), Some(ResetCause::Watchdog));
+        assert_eq!(bench.machine().chip.dac.pin(), MID);
+        assert!(!bench.air());
+    }
+}
+
+#[test]
 fn bench_mode_at_ten_thousand_ticks_a_second_is_never_late() {
     let Some(elf) = elf() else { return };
     let mut bench = Bench::idle(elf);
@@ -333,4 +417,33 @@ fn bench_mode_at_ten_thousand_ticks_a_second_is_never_late() {
     bench.agrees();
     let Ok(Reply::Status(status)) = bench.ask(Command::Status).result else { panic!("no status") };
     assert_eq!((status.state.as_str(), status.overruns, status.late_ticks), ("run", 0, 0));
+}
+
+#[test]
+fn lost_ticks_late_codes_and_overwritten_samples_are_counted_apart() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::armed(elf);
+    let mut counters = |bench: &mut Bench| match bench.ask(Command::Status).result {
+        Ok(Reply::Status(status)) => [status.missed_ticks, status.late_ticks, status.overruns],
+        other => panic!("status answered {other:?}"),
+    };
+    assert_eq!(counters(&mut bench), [0, 0, 0]);
+    assert_eq!(bench.lose_triggers(2), None);
+    assert_eq!(counters(&mut bench), [2, 0, 0]);
+    // The interrupt waits until 10 us before the update that follows its own, then until 10 us behind it.
+    for (wait_s, expected) in [(0.99 * MILLISECOND, [2, 1, 0]), (1.01 * MILLISECOND, [2, 1, 1])] {
+        let begun = |bench: &mut Bench| {
+            let now = bench.machine().chip.now;
+            bench.machine().chip.tim6.count(now) < 200
+        };
+        while !begun(&mut bench) {
+            assert_eq!(bench.run(1e-6), None);
+        }
+        bench.machine().core.primask = true;
+        assert_eq!(bench.run(wait_s), None);
+        bench.machine().core.primask = false;
+        bench.machine().chip.system.attention = true;
+        assert_eq!(bench.run(5.0 * MILLISECOND), None);
+        assert_eq!(counters(&mut bench), expected);
+    }
 }
