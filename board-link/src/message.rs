@@ -7,7 +7,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 2;
+pub const PROTOCOL_VERSION: u8 = 3;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,10 +120,12 @@ pub struct Status {
     pub setpoint_um: i32,
     /// Telemetry records lost because the queue was full.
     pub telemetry_lost: u32,
-    /// Ticks whose valve code came too late.
+    /// Ticks whose samples may be mixed with those of the next, as `safe:overrun` means it.
     pub overruns: u32,
-    /// Ticks that began late or never.
+    /// Ticks whose valve code came too late, as `safe:late-tick` means it.
     pub late_ticks: u32,
+    /// Ticks that did not happen, as `safe:missed-tick` means it.
+    pub missed_ticks: u32,
     /// Ticks in which the model monitor saw a contradiction, since start.
     pub disagreements: u32,
     /// Frames thrown away.

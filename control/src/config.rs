@@ -143,7 +143,7 @@ impl Config {
             safe_voltage,
             supply_minimum: Pressure::from_bits(scaled(f64::from(p.supply_minimum_pa), Pressure::FRAC_NBITS) as i32),
             glitch_ticks,
-            timing_limit: (u16::from(p.timing_fault_ticks) + 1) * GLITCH_WEIGHT,
+            timing_limit: u16::from(p.timing_fault_ticks.max(1)) * GLITCH_WEIGHT,
             self_test_ticks: ticks(f64::from(p.self_test_time_s), tick_hz),
             command_time_out_ticks,
         })

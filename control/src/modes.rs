@@ -73,11 +73,15 @@ pub enum Reason {
     StackOverflow,
     /// The last reset followed a panic.
     Panic,
+    /// The stored parameters cannot be read: the defaults are in force.
+    ParametersUnreadable,
+    /// What the loop remembers from tick to tick has changed in between.
+    MemoryCorrupted,
 }
 
 impl Reason {
     /// Every reason once, for tables and tests.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::Range(Channel::Position),
         Self::Range(Channel::PressureA),
         Self::Range(Channel::PressureB),
@@ -99,6 +103,8 @@ impl Reason {
         Self::WatchdogReset,
         Self::StackOverflow,
         Self::Panic,
+        Self::ParametersUnreadable,
+        Self::MemoryCorrupted,
     ];
 
     /// One kebab-case word.
@@ -127,6 +133,8 @@ impl Reason {
             Self::WatchdogReset => "watchdog-reset",
             Self::StackOverflow => "stack-overflow",
             Self::Panic => "panic",
+            Self::ParametersUnreadable => "parameters-unreadable",
+            Self::MemoryCorrupted => "memory-corrupted",
         }
     }
 

@@ -85,7 +85,7 @@ parameter_table! {
     stuck_time_s: f32 = 15.0e-3, "s", 0.0 => 1.0;
     /// Supply pressure below which the controller does not run, absolute; 0 switches the check off.
     supply_minimum_pa: f32 = 4.0e5, "Pa", 0.0 => 8.0e6;
-    /// Ticks with a timing fault (missed, late, overrun) that are tolerated in a row; more raise the reason.
+    /// Timing faults (ticks missed, late or overrun) in a row that raise the reason; fewer are bridged. 0 counts as 1.
     timing_fault_ticks: u8 = 3, "", 0 => 255;
     /// How long every sensor must be plausible before idle is reached.
     self_test_time_s: f32 = 0.1, "s", 0.0 => 60.0;

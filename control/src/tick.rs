@@ -33,8 +33,8 @@ pub struct Inputs {
 /// Faults that only the shell can see, each for this tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExternalFaults {
-    /// A tick between this one and the last did not happen.
-    pub missed_tick: bool,
+    /// How many ticks between this one and the last did not happen.
+    pub missed_ticks: u8,
     /// The last tick began or ended too late.
     pub late_tick: bool,
     /// A conversion was overwritten before it was read.
@@ -182,7 +182,7 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
             config.glitch_ticks * GLITCH_WEIGHT,
         );
     let overrun = bucket(&mut state.overrun, inputs.faults.overrun, config.timing_limit);
-    let missed = bucket(&mut state.missed, inputs.faults.missed_tick, config.timing_limit);
+    let missed = fill(&mut state.missed, inputs.faults.missed_ticks.into(), config.timing_limit);
     let late = bucket(&mut state.late, inputs.faults.late_tick, config.timing_limit);
     state.host_silent = if inputs.host_heard { 0 } else { state.host_silent.saturating_add(1) };
 
@@ -213,7 +213,14 @@ fn reason(fault: Fault, channel: Channel) -> Reason {
 /// Fills on a bad tick, empties a quarter as fast on a good one; true when full.
 #[inline]
 fn bucket(level: &mut u16, bad: bool, limit: u16) -> bool {
-    *level = if bad { level.saturating_add(GLITCH_WEIGHT).min(limit) } else { level.saturating_sub(1) };
+    fill(level, bad.into(), limit)
+}
+
+/// The same for several at once.
+#[inline]
+fn fill(level: &mut u16, bad: u16, limit: u16) -> bool {
+    // At most 255 times the weight.
+    *level = if bad > 0 { level.saturating_add(bad * GLITCH_WEIGHT).min(limit) } else { level.saturating_sub(1) };
     *level >= limit
 }
 

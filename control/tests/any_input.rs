@@ -28,7 +28,7 @@ fn inputs() -> impl Strategy<Value = Inputs> {
             command,
             host_heard: heard,
             faults: ExternalFaults {
-                missed_tick: f[0],
+                missed_ticks: u8::from(f[0]) * 7,
                 late_tick: f[1],
                 overrun: f[2],
                 model_disagreement: f[3] && f[0],

@@ -5,6 +5,7 @@
 //! Everything here runs in the control interrupt: no allocation, no waiting, no logging, no division, and no float outside
 //! bench mode and the model monitor.
 
+use control::program::Program;
 use control::{
     AdcCode, Config, ConfigError, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position,
     Pressure, Reason, Telemetry, Voltage,
@@ -165,6 +166,21 @@ impl ControlLoop {
     #[must_use]
     pub fn safe_code(&self) -> u16 {
         self.setup.config.safe_code().0
+    }
+
+    /// The numbers of the control law: they change by [`Order::Configure`] alone.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.setup.config
+    }
+
+    /// The setpoint's program, if it has one: it changes by [`Order::Course`] alone.
+    #[must_use]
+    pub fn program(&self) -> Option<&Program> {
+        match &self.course {
+            Course::Hold(_) => None,
+            Course::Repeat(program, _) => Some(program),
+        }
     }
 
     /// The mode after the last tick.

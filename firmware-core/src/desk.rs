@@ -50,7 +50,7 @@ impl OrderOutcome {
 }
 
 /// The board's side of a conversation, past framing and sessions.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Desk {
     settings: Settings,
     tick_hz: u32,
@@ -67,10 +67,16 @@ impl Desk {
         Self { tick_hz: settings.tick_hz(), settings, board, firmware, last_fault }
     }
 
-    /// The settings in force.
+    /// What is saved: the settings in force, but for the tick rate, which waits for the next start.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// What the loop runs with: as [`Desk::settings`], with the tick rate of the timer.
+    #[must_use]
+    pub fn in_force(&self) -> Settings {
+        at_rate(&self.settings, self.tick_hz)
     }
 
     /// Judges a command. `bad_frames` is told in the status.
@@ -125,7 +131,7 @@ impl Desk {
             Command::Bench { on } => {
                 only_in(mode != Mode::Run)?;
                 let order = if on {
-                    Order::BenchOn(self.settings.bench_plant().ok_or(Refusal::Configuration)?)
+                    Order::BenchOn(self.in_force().bench_plant().ok_or(Refusal::Configuration)?)
                 } else {
                     Order::BenchOff
                 };
@@ -138,16 +144,24 @@ impl Desk {
         }
     }
 
-    /// All or nothing: the settings change only if they fit together.
+    /// All or nothing: the settings change only if they fit together, at the present tick rate and at their own, with which the
+    /// next start will read them.
     fn configure(&mut self, changed: Settings) -> Result<Action, Refusal> {
         changed.rig().validate().map_err(|_| Refusal::Configuration)?;
-        // The tick rate is the timer's: it changes with the next start, and until then the law must know the present one.
-        let mut in_force = changed.clone();
-        in_force.set(board_link::Parameter::TickHz, self.tick_hz as f32).map_err(Refusal::Parameter)?;
-        let setup = in_force.setup().map_err(|_| Refusal::Configuration)?;
+        if changed.tick_hz() != self.tick_hz {
+            changed.check().map_err(|_| Refusal::Configuration)?;
+        }
+        let setup = at_rate(&changed, self.tick_hz).setup().map_err(|_| Refusal::Configuration)?;
         self.settings = changed;
         Ok(Action::Order(Order::Configure(setup), OrderOutcome::Any))
     }
+}
+
+/// Settings at another tick rate. The rate was accepted once, so it is in range.
+fn at_rate(settings: &Settings, tick_hz: u32) -> Settings {
+    let mut settings = settings.clone();
+    let _ = settings.set(board_link::Parameter::TickHz, tick_hz as f32);
+    settings
 }
 
 /// As much of a text as fits.
@@ -176,6 +190,7 @@ fn status(now: &Snapshot, bad_frames: u32) -> Status {
         telemetry_lost: readings.records_lost,
         overruns: readings.overruns,
         late_ticks: readings.late_ticks,
+        missed_ticks: readings.missed_ticks,
         disagreements: readings.disagreements,
         bad_frames,
         worst_cycles: readings.worst_cycles,

@@ -122,22 +122,21 @@ pub fn encode_tick(inputs: &Inputs) -> [u8; TICK_BYTES] {
     let faults = &inputs.faults;
     let flags = bit(inputs.supply.is_some(), 0)
         | bit(inputs.host_heard, 1)
-        | bit(faults.missed_tick, 2)
-        | bit(faults.late_tick, 3)
-        | bit(faults.overrun, 4)
-        | bit(faults.model_disagreement, 5);
+        | bit(faults.late_tick, 2)
+        | bit(faults.overrun, 3)
+        | bit(faults.model_disagreement, 4);
     let command = COMMANDS.iter().position(|command| *command == inputs.command).unwrap_or(0) as u8;
     let [r0, r1, r2, r3] = inputs.reference.to_bits().to_le_bytes();
     let code = |code: AdcCode| code.0.to_le_bytes();
     let ([y0, y1], [a0, a1], [b0, b1]) = (code(inputs.position), code(inputs.pressure_a), code(inputs.pressure_b));
     let [s0, s1] = code(inputs.supply.unwrap_or_default());
-    [TICK, flags, command, 0, r0, r1, r2, r3, y0, y1, a0, a1, b0, b1, s0, s1]
+    [TICK, flags, command, faults.missed_ticks, r0, r1, r2, r3, y0, y1, a0, a1, b0, b1, s0, s1]
 }
 
 /// Reads the inputs of one tick; `None` if it is the end.
 #[must_use]
 pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
-    let [kind, flags, command, _, r0, r1, r2, r3, y0, y1, a0, a1, b0, b1, s0, s1] = *message;
+    let [kind, flags, command, missed_ticks, r0, r1, r2, r3, y0, y1, a0, a1, b0, b1, s0, s1] = *message;
     if kind != TICK {
         return None;
     }
@@ -151,7 +150,7 @@ pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
         supply: bit(0).then(|| code(s0, s1)),
         command: COMMANDS.get(usize::from(command)).copied().flatten(),
         host_heard: bit(1),
-        faults: ExternalFaults { missed_tick: bit(2), late_tick: bit(3), overrun: bit(4), model_disagreement: bit(5) },
+        faults: ExternalFaults { missed_ticks, late_tick: bit(2), overrun: bit(3), model_disagreement: bit(4) },
     })
 }
 

@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use control::Mode;
+use control::{ExternalFaults, Mode};
 
 use crate::record::{Record, micrometres, mode_from_number};
 
@@ -16,6 +16,7 @@ pub struct Snapshot {
     reference_bits: AtomicU32,
     overruns: AtomicU32,
     late_ticks: AtomicU32,
+    missed_ticks: AtomicU32,
     disagreements: AtomicU32,
     records_lost: AtomicU32,
     worst_cycles: AtomicU32,
@@ -35,10 +36,12 @@ pub struct SnapshotValues {
     pub dac: u16,
     /// Setpoint in force, micrometres.
     pub setpoint_um: i32,
-    /// Ticks whose valve code came too late.
+    /// Ticks whose samples may be mixed with those of the next.
     pub overruns: u32,
-    /// Ticks that began late or never.
+    /// Ticks whose valve code came too late.
     pub late_ticks: u32,
+    /// Ticks that did not happen.
+    pub missed_ticks: u32,
     /// Ticks in which the model monitor saw a contradiction.
     pub disagreements: u32,
     /// Telemetry records lost.
@@ -61,6 +64,7 @@ impl Snapshot {
             reference_bits: AtomicU32::new(0),
             overruns: AtomicU32::new(0),
             late_ticks: AtomicU32::new(0),
+            missed_ticks: AtomicU32::new(0),
             disagreements: AtomicU32::new(0),
             records_lost: AtomicU32::new(0),
             worst_cycles: AtomicU32::new(0),
@@ -80,16 +84,17 @@ impl Snapshot {
         self.ticks.store(record.tick, Relaxed);
     }
 
-    /// Counts a tick whose valve code came too late.
+    /// Counts what a tick found wrong with its time: as the loop judges it, so that counters and reasons agree.
     #[inline]
-    pub fn count_overrun(&self) {
-        self.overruns.store(self.overruns.load(Relaxed).wrapping_add(1), Relaxed);
-    }
-
-    /// Counts a tick that began late or never.
-    #[inline]
-    pub fn count_late(&self) {
-        self.late_ticks.store(self.late_ticks.load(Relaxed).wrapping_add(1), Relaxed);
+    pub fn count_faults(&self, faults: &ExternalFaults) {
+        let add = |counter: &AtomicU32, count: u32| {
+            if count > 0 {
+                counter.store(counter.load(Relaxed).wrapping_add(count), Relaxed);
+            }
+        };
+        add(&self.missed_ticks, faults.missed_ticks.into());
+        add(&self.late_ticks, faults.late_tick.into());
+        add(&self.overruns, faults.overrun.into());
     }
 
     /// Counts a tick in which the model monitor saw a contradiction.
@@ -145,6 +150,7 @@ impl Snapshot {
             setpoint_um: micrometres(control::Position::from_bits(self.reference_bits.load(Relaxed) as i32)),
             overruns: self.overruns.load(Relaxed),
             late_ticks: self.late_ticks.load(Relaxed),
+            missed_ticks: self.missed_ticks.load(Relaxed),
             disagreements: self.disagreements.load(Relaxed),
             records_lost: self.records_lost(),
             worst_cycles: self.worst_cycles.load(Relaxed),

@@ -1,24 +1,34 @@
-//! Parameters in flash: all of them as one item, so that a power cut leaves either the old set or the new one.
+//! Parameters in flash: one set per page, the pages in turn, so that a power cut leaves either the old set or the new one.
+//!
+//! ```text
+//!   page │ seal: sequence number, length, check value of the set, check value of these three │ the set │ blank │
+//! ```
+//!
+//! A save erases the page behind the newest set, writes the new set there, seals it last and reads it back. Whatever the page
+//! held before (an older set, the rest of an interrupted save, another program's data) is erased first, and the newest set is
+//! never touched. The newest sealed page is the one that counts. If its set does not fit its seal, it has changed since it was
+//! saved: that is no power cut, and an older set is not silently taken instead.
 
 use board_link::Parameter;
+use crc::{CRC_32_ISCSI, Crc};
 use embedded_storage_async::nor_flash::NorFlash;
-use sequential_storage::cache::{Cache, Uncached};
-use sequential_storage::map::{MapConfig, MapStorage};
 
 use crate::settings::Settings;
 
-/// The only key of the map.
-const KEY: u8 = 1;
-/// First byte of the item: raised when its layout changes. (New parameters do not change it: they keep their defaults.)
+/// First byte of a set: raised when its layout changes. (New parameters do not change it: they keep their defaults.)
 const LAYOUT: u8 = 1;
 const ENTRY_BYTES: usize = 5;
-/// Longest item: layout byte, then number and value of every parameter.
+/// Longest set: layout byte, then number and value of every parameter.
 pub const STORED_BYTES: usize = 1 + ENTRY_BYTES * Parameter::ALL.len();
-/// The item, its key, and room for alignment to the flash word.
-const BUFFER_BYTES: usize = (STORED_BYTES + 1 + 32) / 32 * 32;
+/// Four numbers of 4 bytes: whole words of any flash up to 16 bytes.
+const SEAL_BYTES: usize = 16;
+/// Room for the set in whole words.
+const SET_BYTES: usize = STORED_BYTES.next_multiple_of(SEAL_BYTES);
+/// What a page holds.
+const USED_BYTES: usize = SEAL_BYTES + SET_BYTES;
+const BLANK: u8 = 0xFF;
 
-/// Loading happens once and saving by hand: a cache would cost RAM for nothing.
-type NoCache = Cache<Uncached, Uncached, Uncached, u8>;
+const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,52 +53,106 @@ impl Loaded {
 
 /// The region of flash that holds the parameters.
 pub struct ParameterStore<F: NorFlash> {
-    map: MapStorage<u8, F, NoCache>,
+    flash: F,
+    range: core::ops::Range<u32>,
+}
+
+/// A sealed page.
+#[derive(Clone, Copy)]
+struct Sealed {
+    page: u32,
+    sequence: u32,
+    /// Its set is what was sealed.
+    whole: bool,
 }
 
 impl<F: NorFlash> ParameterStore<F> {
-    /// Uses `range` of `flash`, at least two erasable pages. `None` if the range is not whole pages.
+    const PAGE: u32 = F::ERASE_SIZE as u32;
+
+    /// Uses `range` of `flash`, at least two erasable pages. `None` if the range is not whole pages, or the flash has words of
+    /// more than 16 bytes.
     #[must_use]
     pub fn new(flash: F, range: core::ops::Range<u32>) -> Option<Self> {
-        let config = MapConfig::try_new(range).ok()?;
-        Some(Self { map: MapStorage::new(flash, config, Cache::new_uncached()) })
+        let whole = range.start.is_multiple_of(Self::PAGE) && range.end.is_multiple_of(Self::PAGE);
+        let fits = F::ERASE_SIZE >= USED_BYTES && SEAL_BYTES.is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1;
+        let pages = range.end.checked_sub(range.start)? / Self::PAGE;
+        (whole && fits && pages >= 2).then_some(Self { flash, range })
+    }
+
+    fn pages(&self) -> impl Iterator<Item = u32> + use<F> {
+        self.range.clone().step_by(F::ERASE_SIZE)
+    }
+
+    /// Reads a page and looks for its seal. A page that cannot be read carries none.
+    async fn read(&mut self, page: u32, bytes: &mut [u8; USED_BYTES]) -> Option<Sealed> {
+        self.flash.read(page, bytes).await.ok()?;
+        let (seal, set) = bytes.split_at(SEAL_BYTES);
+        let word = |place: usize| Some(u32::from_le_bytes(seal.get(place..place + 4)?.try_into().ok()?));
+        let whole = set.get(..word(4)? as usize).map(|set| CHECK.checksum(set)) == Some(word(8)?);
+        let fits = CHECK.checksum(seal.get(..12)?) == word(12)?;
+        fits.then_some(Sealed { page, sequence: word(0)?, whole })
+    }
+
+    /// The newest sealed page, and whether all pages are blank where a set would stand.
+    async fn newest(&mut self, bytes: &mut [u8; USED_BYTES]) -> (Option<Sealed>, bool) {
+        let (mut newest, mut blank) = (None::<Sealed>, true);
+        for page in self.pages() {
+            bytes.fill(0);
+            let found = self.read(page, bytes).await;
+            blank &= bytes.iter().all(|byte| *byte == BLANK);
+            if let Some(found) = found
+                && newest.is_none_or(|newest| found.sequence > newest.sequence)
+            {
+                newest = Some(found);
+            }
+        }
+        (newest, blank)
     }
 
     /// Reads the stored set; never fails, but may return defaults.
     pub async fn load(&mut self) -> Loaded {
-        let mut buffer = [0; BUFFER_BYTES];
-        match self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await {
-            Ok(Some(item)) => match decode(item) {
-                Some(settings) => Loaded::Stored(settings),
-                None => Loaded::Corrupt(Settings::default()),
-            },
-            Ok(None) => Loaded::Empty(Settings::default()),
-            Err(_) => Loaded::Corrupt(Settings::default()),
+        let mut bytes = [0; USED_BYTES];
+        let (newest, blank) = self.newest(&mut bytes).await;
+        let Some(newest) = newest else {
+            let settings = Settings::default();
+            return if blank { Loaded::Empty(settings) } else { Loaded::Corrupt(settings) };
+        };
+        let sealed = self.read(newest.page, &mut bytes).await;
+        let set = bytes.get(SEAL_BYTES..).and_then(|rest| rest.get(..length(&bytes)));
+        match sealed.filter(|sealed| sealed.whole).and(set).and_then(decode) {
+            Some(settings) => Loaded::Stored(settings),
+            None => Loaded::Corrupt(Settings::default()),
         }
     }
 
-    /// Writes a set. What was stored before stays valid until the new set is complete.
+    /// Writes a set. What was stored before stays valid until the new set is complete, and read back.
     ///
     /// # Errors
-    /// If the flash refuses; the old set is then still there.
+    /// If the flash refuses, or does not hold what was written; the old set is then still there.
     pub async fn save(&mut self, settings: &Settings) -> Result<(), SaveError> {
-        let mut item = [0; STORED_BYTES];
-        encode(settings, &mut item);
-        let mut buffer = [0; BUFFER_BYTES];
-        match self.map.store_item(&mut buffer, &KEY, &item.as_slice()).await {
-            Ok(()) => Ok(()),
-            Err(sequential_storage::Error::Storage { .. }) => Err(SaveError),
-            // The pages hold something that is no store (another program's data): start afresh, once.
-            Err(_) => {
-                self.map.erase_all().await.map_err(|_| SaveError)?;
-                self.map.store_item(&mut buffer, &KEY, &item.as_slice()).await.map_err(|_| SaveError)
+        let mut bytes = [0; USED_BYTES];
+        let (newest, _) = self.newest(&mut bytes).await;
+        let (page, sequence) = match newest {
+            None => (self.range.start, 1),
+            Some(newest) => {
+                let next = newest.page + Self::PAGE;
+                (if next < self.range.end { next } else { self.range.start }, newest.sequence.wrapping_add(1))
             }
-        }
+        };
+        self.flash.erase(page, page + Self::PAGE).await.map_err(|_| SaveError)?;
+        fill(&mut bytes, settings, sequence);
+        let (seal, set) = bytes.split_at(SEAL_BYTES);
+        self.flash.write(page + SEAL_BYTES as u32, set).await.map_err(|_| SaveError)?;
+        self.flash.write(page, seal).await.map_err(|_| SaveError)?;
+        // A driver may lose an error of the flash; what stands there decides.
+        let mut found = [0; USED_BYTES];
+        self.flash.read(page, &mut found).await.map_err(|_| SaveError)?;
+        if found == bytes { Ok(()) } else { Err(SaveError) }
     }
 
     /// Gives the flash back.
     pub fn into_flash(self) -> F {
-        self.map.destroy().0
+        self.flash
     }
 }
 
@@ -96,9 +160,26 @@ impl<F: NorFlash> ParameterStore<F> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SaveError;
 
-fn encode(settings: &Settings, item: &mut [u8; STORED_BYTES]) {
-    let (layout, entries) = item.split_at_mut(1);
-    layout.fill(LAYOUT);
+fn length(page: &[u8; USED_BYTES]) -> usize {
+    let [_, _, _, _, l0, l1, l2, l3, ..] = *page;
+    u32::from_le_bytes([l0, l1, l2, l3]) as usize
+}
+
+fn fill(page: &mut [u8; USED_BYTES], settings: &Settings, sequence: u32) {
+    page.fill(BLANK);
+    let (seal, set) = page.split_at_mut(SEAL_BYTES);
+    let (set, _) = set.split_at_mut(STORED_BYTES);
+    encode(settings, set);
+    let (numbers, check) = seal.split_at_mut(12);
+    for (place, word) in numbers.chunks_exact_mut(4).zip([sequence, STORED_BYTES as u32, CHECK.checksum(set)]) {
+        place.copy_from_slice(&word.to_le_bytes());
+    }
+    check.copy_from_slice(&CHECK.checksum(numbers).to_le_bytes());
+}
+
+fn encode(settings: &Settings, set: &mut [u8]) {
+    let Some((layout, entries)) = set.split_first_mut() else { return };
+    *layout = LAYOUT;
     for (entry, parameter) in entries.chunks_exact_mut(ENTRY_BYTES).zip(Parameter::ALL) {
         if let [number, value @ ..] = entry {
             *number = parameter.number();
@@ -107,8 +188,8 @@ fn encode(settings: &Settings, item: &mut [u8; STORED_BYTES]) {
     }
 }
 
-fn decode(item: &[u8]) -> Option<Settings> {
-    let (layout, entries) = item.split_first()?;
+fn decode(set: &[u8]) -> Option<Settings> {
+    let (layout, entries) = set.split_first()?;
     if *layout != LAYOUT || entries.len() % ENTRY_BYTES != 0 {
         return None;
     }

@@ -20,7 +20,8 @@ pub enum Verdict {
     Feed,
     /// Something has not moved on yet: leave the watchdog alone.
     Wait,
-    /// Nothing has been sampled for [`DEAD_CHECKS`] checks: put the valve to mid at once, and let the watchdog bite.
+    /// Nothing has been sampled for [`DEAD_CHECKS`] checks: put the valve to mid at once, and let the watchdog bite. Final: a
+    /// loop that comes to life again no longer knows where the piston is.
     LoopDead,
 }
 
@@ -33,6 +34,7 @@ pub struct Supervisor {
     fed_at: Progress,
     last: Progress,
     checks_without_sample: u8,
+    dead: bool,
 }
 
 impl Supervisor {
@@ -41,7 +43,8 @@ impl Supervisor {
         let loop_moved = now.sampling != self.last.sampling && now.control != self.last.control;
         self.checks_without_sample = if loop_moved { 0 } else { self.checks_without_sample.saturating_add(1) };
         self.last = now;
-        if self.checks_without_sample >= DEAD_CHECKS {
+        self.dead |= self.checks_without_sample >= DEAD_CHECKS;
+        if self.dead {
             return Verdict::LoopDead;
         }
         let all_moved = now.sampling != self.fed_at.sampling

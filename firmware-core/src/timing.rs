@@ -2,33 +2,52 @@
 
 use control::ExternalFaults;
 
-/// The clock's side of the control interrupt. The cycle counter may wrap; a tick is far shorter than its range.
+/// The clock's side of the control interrupt. The cycle counter may wrap; silence of half its range (12 s at 170 MHz) is beyond
+/// what the watchdog lets pass.
 #[derive(Clone, Debug)]
 pub struct Timing {
-    /// A tick and a half: an interrupt later than that has missed one.
-    patience_cycles: u32,
-    last_entry: Option<u32>,
+    cycles_per_tick: u32,
+    last_update: Option<u32>,
     overran: bool,
 }
 
 impl Timing {
-    /// For ticks of so many cycles, at most 2^31.
+    /// For ticks of so many cycles, at most 2^30.
     #[must_use]
     pub fn new(cycles_per_tick: u32) -> Self {
-        Self { patience_cycles: cycles_per_tick.saturating_add(cycles_per_tick / 2), last_entry: None, overran: false }
+        Self { cycles_per_tick, last_update: None, overran: false }
     }
 
-    /// At the interrupt's entry. `mixed`: the next conversion was already under way when this one was read.
+    /// When the samples are read: at `now_cycles`, so many cycles after the last update of the timer. `mixed`: that update was one
+    /// too many, as the next conversion was already under way.
+    ///
+    /// From update to update, and not from interrupt to interrupt: an interrupt that comes late has not missed a tick.
     #[inline]
-    pub fn begin(&mut self, entry_cycles: u32, mixed: bool) -> ExternalFaults {
-        let elapsed = self.last_entry.map_or(0, |last| entry_cycles.wrapping_sub(last));
-        self.last_entry = Some(entry_cycles);
+    pub fn begin(&mut self, now_cycles: u32, since_update: u32, mixed: bool) -> ExternalFaults {
+        let ahead = if mixed { self.cycles_per_tick } else { 0 };
+        let update = now_cycles.wrapping_sub(since_update).wrapping_sub(ahead);
+        let elapsed = self.last_update.map_or(0, |last| update.wrapping_sub(last));
+        self.last_update = Some(update);
         ExternalFaults {
-            missed_tick: elapsed > self.patience_cycles,
+            missed_ticks: self.ticks_missed(elapsed),
             late_tick: self.overran,
             overrun: mixed,
             model_disagreement: false,
         }
+    }
+
+    /// Whole ticks that fit in between; the cycles lie within half a tick of whole ones.
+    #[inline]
+    fn ticks_missed(&self, elapsed: u32) -> u8 {
+        let tick = self.cycles_per_tick;
+        let mut late_by = elapsed.saturating_sub(tick / 2).saturating_sub(tick);
+        let mut missed = 0;
+        // Counted, because a division would cost more in every tick than this does in the rare one.
+        while late_by > 0 && missed < u8::MAX {
+            missed += 1;
+            late_by = late_by.saturating_sub(tick);
+        }
+        missed
     }
 
     /// Behind the valve write. `overran`: the next tick had begun by then, so the code takes effect a tick late.

@@ -205,7 +205,7 @@ fn the_watchdog_is_fed_only_when_sampling_control_and_communication_all_move() {
 }
 
 #[test]
-fn a_loop_that_stops_is_dead_after_two_checks() {
+fn a_loop_that_stops_is_dead_after_two_checks_and_stays_dead() {
     let mut supervisor = Supervisor::default();
     let mut now = Progress { sampling: 5, control: 5, communication: [1, 1] };
     assert_eq!(supervisor.check(now), Verdict::Feed);
@@ -215,7 +215,8 @@ fn a_loop_that_stops_is_dead_after_two_checks() {
     assert_eq!(supervisor.check(now), Verdict::LoopDead);
     now.sampling += 1;
     now.control += 1;
-    assert_eq!(supervisor.check(now), Verdict::Feed);
+    now.communication = [4, 4];
+    assert_eq!(supervisor.check(now), Verdict::LoopDead);
 }
 
 #[test]
@@ -261,4 +262,30 @@ fn a_new_board_runs_with_the_defaults_that_the_controllers_page_lists() {
     let board = Settings::default().control_parameters();
     let listed = control::Parameters { setpoint_range_m: board.setpoint_range_m, ..control::Parameters::default() };
     assert_eq!(board, listed);
+}
+
+#[test]
+fn a_tick_rate_for_the_next_start_must_fit_the_other_parameters_and_changes_nothing_before() {
+    let mut board = Board::idle();
+    // At 10 kHz this is less than a tick can add to the velocity.
+    assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.005)), Ok(Reply::Done));
+    let refused = Err(Refusal::Configuration);
+    assert_eq!(board.ask(Command::Set(Parameter::TickHz, 10_000.0)), refused);
+    assert_eq!(board.ask(Command::Get(Parameter::TickHz)), Ok(Reply::Value(1000.0)));
+    assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.0)), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Set(Parameter::TickHz, 10_000.0)), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.005)), refused);
+    assert_eq!(board.desk.in_force().tick_hz(), 1000);
+    assert_eq!(board.desk.settings().tick_hz(), 10_000);
+
+    // The simulated plant lives at the timer's rate, too.
+    let mut plain = Board::idle();
+    for board in [&mut board, &mut plain] {
+        assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));
+        board.run(200, at_rest);
+        assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+        assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 50_000 })), Ok(Reply::Done));
+        board.run(100, at_rest);
+    }
+    assert_eq!(board.snapshot.read().codes, plain.snapshot.read().codes);
 }

@@ -1,5 +1,7 @@
 //! The command task: bytes of the virtual COM port ↔ requests, orders for the loop, parameters in flash.
 
+use core::future::Future;
+use core::pin::pin;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use board_link::{Accumulator, Admission, FRAME_BYTES, Refusal, Reply, Request, Response, Session, encode};
@@ -7,11 +9,11 @@ use cortex_m::peripheral::DWT;
 use embassy_stm32::usart::{BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
-use firmware_core::{Action, Desk, Order, OrderOutcome};
+use firmware_core::{Action, Desk, Order, OrderOutcome, Scales};
 
 use crate::ring::Writer;
 use crate::sampling::{HOST_HEARD, ORDERS, SNAPSHOT};
-use crate::storage::Store;
+use crate::storage::{self, Store};
 use crate::{board, telemetry};
 
 /// Rounds of this task; wraps. It goes round without a host, too.
@@ -21,6 +23,12 @@ pub(crate) static ROUNDS: AtomicU32 = AtomicU32::new(0);
 const ROUND: Duration = Duration::from_millis(2);
 /// Longest wait for the loop to take an order: it takes one per tick.
 const ORDER_WAIT_MS: u32 = 10;
+/// Rounds that the line has for taking an answer. The buffer ahead of it, 256 bytes, is empty after 22 ms at 115 200 baud.
+const SEND_ROUNDS: u32 = 15;
+/// Rounds that a save has: one erased page (22 ms, 25 ms at most) and some 40 double words of 82 us.
+const SAVE_ROUNDS: u32 = 50;
+/// Rounds until a restart: what is still in the buffer leaves the line.
+const RESTART_ROUNDS: u32 = 15;
 
 /// Everything the task owns.
 pub(crate) struct CommandTask {
@@ -52,17 +60,20 @@ pub(crate) async fn command_task(mut task: CommandTask, serial: BufferedUart<'st
                 None => {}
                 Some(Err(_)) => bad_frames = bad_frames.wrapping_add(1),
                 Some(Ok(request)) => {
-                    HOST_HEARD.store(true, Ordering::Relaxed);
                     let answer = match session.admit(&request, DWT::cycle_count()) {
                         Admission::Answer(answer) => answer,
                         Admission::Execute(command) => {
                             let decision = task.desk.decide(command, &SNAPSHOT, bad_frames);
                             let restart = matches!(decision, Ok(Action::Restart));
-                            let answer = session.answered(task.carry_out(decision).await);
+                            let result = task.carry_out(decision).await;
+                            // A frame that is foreign, repeated or refused does not show that the host is in its right mind.
+                            if result.is_ok() {
+                                HOST_HEARD.store(true, Ordering::Relaxed);
+                            }
+                            let answer = session.answered(result);
                             if restart {
                                 send(&mut transmit, &answer).await;
-                                // Long enough for the frame to leave the shift register at 115 200 baud.
-                                Timer::after_millis(20).await;
+                                let _ = within(RESTART_ROUNDS, core::future::pending::<()>()).await;
                                 board::reset();
                             }
                             answer
@@ -79,11 +90,25 @@ fn alive() {
     ROUNDS.store(ROUNDS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }
 
+/// Waits for something that takes longer than a round, for so many rounds at most, and counts them: the supervisor would take a
+/// task that waits in silence for dead, and one that waits for ever is.
+async fn within<F: Future>(rounds: u32, future: F) -> Option<F::Output> {
+    let mut future = pin!(future);
+    for _ in 0..rounds {
+        alive();
+        if let Ok(output) = with_timeout(ROUND, future.as_mut()).await {
+            return Some(output);
+        }
+    }
+    None
+}
+
 async fn send(transmit: &mut BufferedUartTx<'static>, answer: &Response) {
     let mut buffer = [0; FRAME_BYTES];
     if let Ok(frame) = encode(answer, &mut buffer) {
-        // The buffer holds a whole frame, so this waits for the previous answer at most; the host asks again if it is lost.
-        let _ = with_timeout(Duration::from_millis(10), transmit.write_all(frame)).await;
+        // The driver takes a frame as a whole or waits, without being woken when there is room: a new look in every round.
+        // The host asks again if an answer is lost.
+        let _ = within(SEND_ROUNDS, transmit.write_all(frame)).await;
     }
 }
 
@@ -94,8 +119,9 @@ impl CommandTask {
             Action::Restart => Ok(Reply::Done),
             Action::Order(order, outcome) => self.order(order, outcome).await,
             Action::Save => {
-                let store = self.store.as_mut().ok_or(Refusal::Storage)?;
-                store.save(self.desk.settings()).await.map_err(|_| Refusal::Storage)?;
+                let store = self.store.as_mut().filter(|_| storage::two_banks()).ok_or(Refusal::Storage)?;
+                let saved = within(SAVE_ROUNDS, store.save(self.desk.settings())).await;
+                saved.and_then(Result::ok).ok_or(Refusal::Storage)?;
                 defmt::info!("parameters saved");
                 Ok(Reply::Done)
             }
@@ -103,6 +129,7 @@ impl CommandTask {
     }
 
     async fn order(&mut self, order: Order, outcome: OrderOutcome) -> Result<Reply, Refusal> {
+        let configured = matches!(order, Order::Configure(_));
         self.orders.enqueue(order).map_err(|_| Refusal::Busy)?;
         let before = SNAPSHOT.ticks();
         for _ in 0..ORDER_WAIT_MS {
@@ -110,6 +137,9 @@ impl CommandTask {
             Timer::after_millis(1).await;
             // Taken, and the tick that took it has been published: two ticks later at the latest.
             if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 2 {
+                if configured {
+                    telemetry::NEW_SCALES.signal(Scales::of(&self.desk.in_force()));
+                }
                 return if outcome.shown_by(SNAPSHOT.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) };
             }
         }

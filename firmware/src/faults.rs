@@ -7,7 +7,7 @@ use core::cell::UnsafeCell;
 use core::fmt::Write;
 use core::mem::MaybeUninit;
 
-use crate::board;
+use crate::board::{self, ResetCause};
 
 const MAGIC: u32 = 0x504E_4555;
 const TEXT_BYTES: usize = 160;
@@ -21,6 +21,8 @@ pub(crate) enum FaultKind {
     StackOverflow,
     /// Any other hard fault.
     HardFault,
+    /// What the control interrupt owns changed between two ticks.
+    MemoryCorrupted,
 }
 
 /// The note itself.
@@ -90,6 +92,25 @@ fn leave(mut note: Note, kind: FaultKind) -> ! {
     board::reset()
 }
 
+/// What the control interrupt owns is no longer what it left: the panic's way, without a text.
+#[cold]
+#[inline(never)]
+pub(crate) fn memory_corrupted() -> ! {
+    cortex_m::interrupt::disable();
+    leave(Note::EMPTY, FaultKind::MemoryCorrupted)
+}
+
+/// Valve to mid, no air, and nothing runs until the watchdog resets the chip: its flag is what tells the operator. Without
+/// the interrupts off, triggers that return would let the loop drive the valve until then.
+pub(crate) fn wait_for_the_watchdog() -> ! {
+    cortex_m::interrupt::disable();
+    board::valve_to_mid_at_once();
+    board::air_off_at_once();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
 /// What happened before the reset, if something did.
 pub(crate) struct PreviousFault {
     note: Note,
@@ -114,13 +135,18 @@ impl PreviousFault {
     }
 }
 
-/// Takes the note of the previous run. Called once, at start.
-pub(crate) fn take_previous() -> Option<PreviousFault> {
+/// Takes the note of the previous run. Called once, at start. Whoever leaves a note resets the chip by software; after
+/// power-up the RAM has not been written, and where its parity is checked, reading it would be a fault.
+pub(crate) fn take_previous(cause: ResetCause) -> Option<PreviousFault> {
+    if cause != ResetCause::Software {
+        return None;
+    }
     // SAFETY: any bit pattern is a valid `Note` (plain integers), and nothing else touches it at start.
     let note = unsafe { NOTE.0.get().read_volatile().assume_init() };
     let kind = match note.kind {
         kind if kind == FaultKind::Panic as u32 => FaultKind::Panic,
         kind if kind == FaultKind::StackOverflow as u32 => FaultKind::StackOverflow,
+        kind if kind == FaultKind::MemoryCorrupted as u32 => FaultKind::MemoryCorrupted,
         _ => FaultKind::HardFault,
     };
     let genuine = note.magic == MAGIC && note.check == note.sum();

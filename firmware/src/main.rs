@@ -22,6 +22,8 @@ mod commands;
 #[cfg(target_os = "none")]
 mod faults;
 #[cfg(target_os = "none")]
+mod guard;
+#[cfg(target_os = "none")]
 mod ring;
 #[cfg(target_os = "none")]
 mod sampling;

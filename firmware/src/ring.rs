@@ -76,11 +76,12 @@ impl<T, const N: usize> Writer<T, N> {
 pub(crate) struct Reader<T: 'static, const N: usize>(&'static Ring<T, N>);
 
 impl<T, const N: usize> Reader<T, N> {
-    /// Takes the oldest element out after a look at it where it lies: large elements are not copied through the stack.
+    /// Takes the oldest element out after a look at it where it lies: large elements are not copied through the stack. Whether
+    /// there was one.
     #[inline]
-    pub(crate) fn dequeue_with(&mut self, look: impl FnOnce(&T)) {
+    pub(crate) fn dequeue_with(&mut self, look: impl FnOnce(&T)) -> bool {
         if self.0.len() == 0 {
-            return;
+            return false;
         }
         let read = self.0.read.load(Ordering::Relaxed);
         let slot = self.0.slot(read);
@@ -90,6 +91,7 @@ impl<T, const N: usize> Reader<T, N> {
             slot.drop_in_place();
         }
         self.0.read.store(read.wrapping_add(1), Ordering::Release);
+        true
     }
 
     /// Takes the oldest element out.

@@ -12,6 +12,8 @@ use embassy_stm32::interrupt;
 use firmware_core::{ControlLoop, Order, Record, Snapshot, Timing};
 
 use crate::board::{Sampler, Valve};
+use crate::faults::memory_corrupted;
+use crate::guard::sum_of;
 use crate::ring::{Reader, Ring, Writer};
 
 /// Records between two rounds of the telemetry task (2 ms): 20 at 10 kHz undecimated, and some for slow rounds.
@@ -21,7 +23,7 @@ pub(crate) const ORDERS: usize = 1;
 
 /// What the background may read at any time.
 pub(crate) static SNAPSHOT: Snapshot = Snapshot::new();
-/// Set by the command task for every good frame, cleared by the interrupt.
+/// Set by the command task for every request that was carried out, cleared by the interrupt.
 pub(crate) static HOST_HEARD: AtomicBool = AtomicBool::new(false);
 /// Conversions read; wraps.
 pub(crate) static SAMPLED: AtomicU32 = AtomicU32::new(0);
@@ -37,6 +39,44 @@ struct Owned {
     orders: Reader<Order, ORDERS>,
     records: Writer<Record, RECORDS>,
     timing: Timing,
+}
+
+/// Sums of what the interrupt owns, see `guard.rs`. Outside of it, and its alone. In bench mode they rest: the valve is at mid
+/// then, and at 10 kHz the simulated plant needs the time.
+struct Sums {
+    /// Of everything, taken at the end of the last tick.
+    owned: AtomicU32,
+    /// Of what only orders change, taken behind the last one.
+    ordered: AtomicU32,
+}
+static SUMS: Sums = Sums { owned: AtomicU32::new(0), ordered: AtomicU32::new(0) };
+
+/// The configuration, and the program of the setpoint if there is one.
+#[inline(always)]
+fn sum_of_orders(control_loop: &ControlLoop) -> u32 {
+    sum_of(control_loop.config()) ^ control_loop.program().map_or(0, sum_of)
+}
+
+impl Sums {
+    #[inline(always)]
+    fn note_order(&self, owned: &Owned) {
+        self.ordered.store(sum_of_orders(&owned.control_loop), Ordering::Relaxed);
+    }
+
+    #[inline(always)]
+    fn note(&self, owned: &Owned) {
+        if !owned.control_loop.bench() {
+            self.owned.store(sum_of(owned), Ordering::Relaxed);
+        }
+    }
+
+    /// Whether nothing has changed since.
+    #[inline(always)]
+    fn fit(&self, owned: &Owned) -> bool {
+        owned.control_loop.bench()
+            || sum_of(owned) == self.owned.load(Ordering::Relaxed)
+                && sum_of_orders(&owned.control_loop) == self.ordered.load(Ordering::Relaxed)
+    }
 }
 
 struct OwnedCell(UnsafeCell<Option<Owned>>);
@@ -73,6 +113,8 @@ pub(crate) fn start(
     // SAFETY: the interrupt is not enabled yet, see `OwnedCell`.
     let owned =
         unsafe { &mut *OWNED.0.get() }.insert(Owned { sampler, valve, air, control_loop, orders, records, timing });
+    SUMS.note_order(owned);
+    SUMS.note(owned);
     owned.sampler.start();
     Background { orders: order_in, records: record_out }
 }
@@ -82,30 +124,29 @@ fn ADC1_2() {
     let entry = DWT::cycle_count();
     // SAFETY: see `OwnedCell`.
     let Some(owned) = (unsafe { &mut *OWNED.0.get() }) else { return };
+    if !SUMS.fit(owned) {
+        memory_corrupted();
+    }
     let sequence = owned.sampler.read();
     count(&SAMPLED);
     let sampled = DWT::cycle_count();
 
-    let faults = owned.timing.begin(entry, sequence.mixed);
-    if faults.missed_tick {
-        SNAPSHOT.count_late();
-    }
+    let faults = owned.timing.begin(sampled, sequence.since_update, sequence.mixed);
+    SNAPSHOT.count_faults(&faults);
     let host_heard = HOST_HEARD.load(Ordering::Relaxed);
     if host_heard {
         HOST_HEARD.store(false, Ordering::Relaxed);
     }
     let control_loop = &mut owned.control_loop;
-    owned.orders.dequeue_with(|order| control_loop.order(order));
+    if owned.orders.dequeue_with(|order| control_loop.order(order)) {
+        SUMS.note_order(owned);
+    }
     let tick = owned.control_loop.tick(sequence.codes, faults, host_heard);
     let controlled = DWT::cycle_count();
     owned.valve.set(tick.valve);
     let written = DWT::cycle_count();
     owned.air.set_level(owned.control_loop.air_allowed().into());
-    let overran = owned.sampler.overran();
-    owned.timing.end(overran);
-    if overran {
-        SNAPSHOT.count_overrun();
-    }
+    owned.timing.end(owned.sampler.overran());
     count(&CONTROLLED);
 
     // Past the valve: what follows may take its time, until the next tick.
@@ -122,6 +163,7 @@ fn ADC1_2() {
             SNAPSHOT.count_lost();
         }
     }
+    SUMS.note(owned);
 }
 
 /// Only the interrupt writes these: a plain load and store, cheaper than an atomic addition.

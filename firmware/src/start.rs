@@ -19,8 +19,9 @@ use crate::telemetry::telemetry_task;
 async fn main(spawner: Spawner) {
     // Until here the pin was high impedance, and the output stage held the valve at mid.
     board::valve_to_mid_at_once();
+    board::start_watchdog();
     let cause = board::reset_cause();
-    let previous = faults::take_previous();
+    let previous = faults::take_previous(cause);
 
     static BUFFERS: ConstStaticCell<SerialBuffers> =
         ConstStaticCell::new(SerialBuffers { transmit: [0; 256], receive: [0; 256] });
@@ -34,8 +35,12 @@ async fn main(spawner: Spawner) {
     let mut store = storage::open(board.flash);
     let loaded = match &mut store {
         Some(store) => store.load().await,
-        None => Loaded::Corrupt(Settings::default()),
+        None => {
+            defmt::error!("flash has a single bank (option bit DBANK): nothing can be saved");
+            Loaded::Corrupt(Settings::default())
+        }
     };
+    let unreadable = matches!(loaded, Loaded::Corrupt(_));
     match &loaded {
         Loaded::Stored(_) => defmt::info!("parameters from flash"),
         Loaded::Empty(_) => defmt::info!("no parameters in flash: defaults"),
@@ -51,13 +56,14 @@ async fn main(spawner: Spawner) {
         }
     };
 
-    let reset = reset_reason(cause, previous.as_ref());
+    // Ahead of the reset's reason, whose text `last-fault` tells as well: these defaults fit another cylinder.
+    let reset = unreadable.then_some(Reason::ParametersUnreadable).or(reset_reason(cause, previous.as_ref()));
     let control_loop = ControlLoop::new(setup, reset);
     let desk = Desk::new(settings.clone(), board::NAME, env!("CARGO_PKG_VERSION"), fault_text(previous.as_ref()));
     let background = sampling::start(board.sampler, board.valve, board.air, control_loop, settings.tick_hz());
     spawner.spawn(defmt::unwrap!(telemetry_task(background.records, Scales::of(&settings))));
     spawner.spawn(defmt::unwrap!(command_task(CommandTask { desk, orders: background.orders, store }, board.serial)));
-    spawner.spawn(defmt::unwrap!(supervisor_task(board.watchdog, board.light)));
+    spawner.spawn(defmt::unwrap!(supervisor_task(board.light)));
 }
 
 /// What the operator has to acknowledge before the loop may leave the safe state.
@@ -65,6 +71,7 @@ fn reset_reason(cause: ResetCause, previous: Option<&PreviousFault>) -> Option<R
     match (previous.map(|fault| fault.kind), cause) {
         (Some(FaultKind::StackOverflow), _) => Some(Reason::StackOverflow),
         (Some(FaultKind::Panic | FaultKind::HardFault), _) => Some(Reason::Panic),
+        (Some(FaultKind::MemoryCorrupted), _) => Some(Reason::MemoryCorrupted),
         (None, ResetCause::Watchdog) => Some(Reason::WatchdogReset),
         (None, ResetCause::PowerOrPin | ResetCause::Software | ResetCause::Other) => None,
     }
@@ -79,7 +86,11 @@ fn fault_text(previous: Option<&PreviousFault>) -> TextWord {
         None => Ok(()),
         Some(fault) if fault.kind == FaultKind::Panic => write!(text, "{}", fault.text()),
         Some(fault) => {
-            let name = if fault.kind == FaultKind::StackOverflow { "stack overflow" } else { "hard fault" };
+            let name = match fault.kind {
+                FaultKind::StackOverflow => "stack overflow",
+                FaultKind::MemoryCorrupted => "memory of the control interrupt changed by itself",
+                FaultKind::HardFault | FaultKind::Panic => "hard fault",
+            };
             let [cfsr, hfsr, bfar, sp] = fault.registers();
             write!(text, "{name}: CFSR {cfsr:#010x} HFSR {hfsr:#010x} BFAR {bfar:#010x} SP {sp:#010x}")
         }

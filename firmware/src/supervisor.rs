@@ -4,27 +4,21 @@ use core::sync::atomic::Ordering;
 
 use control::Mode;
 use embassy_stm32::gpio::Output;
-use embassy_stm32::peripherals;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Duration, Ticker};
 use firmware_core::{Progress, Supervisor, Verdict};
 
 use crate::sampling::{CONTROLLED, SAMPLED, SNAPSHOT};
-use crate::{board, commands};
+use crate::{board, commands, faults};
 
 /// A quarter of the watchdog's period: three rounds may fail before it bites.
 const ROUND: Duration = Duration::from_millis(5);
 
 /// Feeds the watchdog while everything moves on.
 #[embassy_executor::task]
-pub(crate) async fn supervisor_task(
-    mut watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
-    mut light: Output<'static>,
-) -> ! {
+pub(crate) async fn supervisor_task(mut light: Output<'static>) -> ! {
     let mut supervisor = Supervisor::default();
     let mut round = Ticker::every(ROUND);
     let mut rounds = 0_u32;
-    watchdog.unleash();
     loop {
         round.next().await;
         let progress = Progress {
@@ -33,10 +27,9 @@ pub(crate) async fn supervisor_task(
             communication: commands::background_rounds(),
         };
         match supervisor.check(progress) {
-            Verdict::Feed => watchdog.pet(),
+            Verdict::Feed => board::feed_watchdog(),
             Verdict::Wait => {}
-            // Not fed either: the reset that follows is what tells the operator.
-            Verdict::LoopDead => board::valve_to_mid_at_once(),
+            Verdict::LoopDead => faults::wait_for_the_watchdog(),
         }
         rounds = rounds.wrapping_add(1);
         // Steady while running, slow while idle, fast while safe: told apart from across the room.

@@ -5,6 +5,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker};
 use firmware_core::{Record, Scales, send_record};
 
@@ -19,14 +21,18 @@ const ROUND: Duration = Duration::from_millis(2);
 /// Rounds between two repetitions of the scales: a host that attaches late knows them within a second.
 const SCALE_ROUNDS: u32 = 500;
 
+/// Ranges and rates from now on, for records not yet sent.
+pub(crate) static NEW_SCALES: Signal<CriticalSectionRawMutex, Scales> = Signal::new();
+
 /// Moves records from the queue to defmt.
 #[embassy_executor::task]
-pub(crate) async fn telemetry_task(mut records: Reader<Record, RECORDS>, scales: Scales) -> ! {
+pub(crate) async fn telemetry_task(mut records: Reader<Record, RECORDS>, mut scales: Scales) -> ! {
     let mut round = Ticker::every(ROUND);
     loop {
         let rounds = ROUNDS.load(Ordering::Relaxed);
         ROUNDS.store(rounds.wrapping_add(1), Ordering::Relaxed);
-        if rounds.is_multiple_of(SCALE_ROUNDS) {
+        let changed = NEW_SCALES.try_take().map(|new| scales = new).is_some();
+        if changed || rounds.is_multiple_of(SCALE_ROUNDS) {
             scales.send();
         }
         while let Some(record) = records.dequeue() {

@@ -82,7 +82,7 @@ fuzz_target!(|bytes: &[u8]| {
             ][usize::from(flags >> 1 & 7)],
             host_heard: flags & 16 == 0,
             faults: ExternalFaults {
-                missed_tick: flags & 32 != 0,
+                missed_ticks: flags >> 5 & 1,
                 late_tick: flags & 64 != 0,
                 overrun: flags & 128 != 0,
                 model_disagreement: false,

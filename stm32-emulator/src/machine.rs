@@ -10,7 +10,8 @@ use crate::peripherals::flash::FLASH_BYTES;
 use crate::peripherals::rcc::ResetCause;
 use crate::time::Time;
 
-/// A core in its chip.
+/// A core in its chip. A copy goes on from the same instant on its own.
+#[derive(Clone)]
 pub struct Machine<A> {
     /// The core.
     pub core: Core,

@@ -49,6 +49,7 @@ const GATES: [(u32, &str, Gate); 15] = [
 ];
 
 /// Everything on the chip but the core.
+#[derive(Clone)]
 pub struct Chip<A> {
     /// The world at the pins.
     pub analog: A,
@@ -136,6 +137,7 @@ impl<A: Analog> Chip<A> {
         fresh.adc1.ready_stuck = self.adc1.ready_stuck;
         fresh.tim6.trigger_stuck = self.tim6.trigger_stuck;
         fresh.iwdg.oscillator = self.iwdg.oscillator;
+        fresh.dac.stuck_at = self.dac.stuck_at;
         fresh.pin = self.pin;
         fresh.clock_changed();
         fresh.report_pin();
@@ -359,7 +361,9 @@ impl<A: Analog> Chip<A> {
             self.converter_clock_changed();
         }
         if offset == 0x2C && value & 1 << 16 != 0 {
+            let stuck_at = self.dac.stuck_at;
             self.dac = Dac::default();
+            self.dac.stuck_at = stuck_at;
             self.report_pin();
         }
         Ok(())

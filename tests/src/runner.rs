@@ -109,7 +109,7 @@ pub fn run_observed(
     let (mut dac, mut mode) = (mid, Mode::Boot);
     let (mut held_u, mut jammed_u) = (0.0, None);
     let mut last_codes = [0; 4];
-    let mut missed = false;
+    let mut missed = 0_u8;
     let watchdog_ticks = (WATCHDOG_S / tick_s).round() as u64;
     let mut silent_ticks = 0;
     let mut supply_pa = rig.rig.supply.pressure_pa;
@@ -163,7 +163,7 @@ pub fn run_observed(
                     .map(|c| c.command),
                 host_heard: active(Kind::HostSilent).is_none(),
                 faults: control::ExternalFaults {
-                    missed_tick: missed,
+                    missed_ticks: missed,
                     late_tick: late,
                     overrun,
                     model_disagreement: false,
@@ -175,7 +175,7 @@ pub fn run_observed(
                 outcome.fingerprint = (outcome.fingerprint ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
             }
         }
-        missed = dropped;
+        missed = if dropped { missed.saturating_add(1) } else { 0 };
         if let (Mode::Safe(reason), None) = (mode, outcome.tripped) {
             let from = if onset_s.is_finite() { onset_s } else { 0.0 };
             outcome.tripped = Some((reason, t_s + tick_s - from));

@@ -8,6 +8,8 @@
 //! | item | contract |
 //! | --- | --- |
 //! | `valve_to_mid_at_once()` | valve output to mid from any context, peripherals in any state, no stack to speak of |
+//! | `start_watchdog()`, `feed_watchdog()` | counting from the first on, before clocks and peripherals; cannot be stopped |
+//! | `air_off_at_once()` | air output low from any context, once it is an output |
 //! | `start(buffers)` | clocks up, pins set, interrupt priorities set; the valve stays at mid |
 //! | `Sampler` | one timer paces converter and valve output; `read` in the end-of-sequence interrupt |
 //! | `Valve` | `set(code)` takes effect at the next tick, exactly |
@@ -24,5 +26,6 @@ pub(crate) use b_g474e_dpow1::{NAME, start};
 #[cfg(not(feature = "b-g474e-dpow1"))]
 pub(crate) use nucleo_g474re::{NAME, start};
 pub(crate) use stm32g474::{
-    PARAMETER_FLASH, ResetCause, Sampler, SerialBuffers, Valve, reset, reset_cause, valve_to_mid_at_once,
+    PARAMETER_FLASH, ResetCause, Sampler, SerialBuffers, Valve, air_off_at_once, feed_watchdog, reset, reset_cause,
+    start_watchdog, valve_to_mid_at_once,
 };

@@ -34,7 +34,7 @@ pub(crate) fn start(buffers: &'static mut SerialBuffers) -> Board {
     let serial = BufferedUart::new(p.LPUART1, p.PA3, p.PA2, transmit, receive, Interrupts, serial_config())
         .expect("115200 baud divides the peripheral clock");
     Board::assemble(
-        Chip { adc: p.ADC1, flash: p.FLASH, watchdog: p.IWDG },
+        Chip { adc: p.ADC1, flash: p.FLASH },
         [p.PA0.degrade_adc(), p.PA1.degrade_adc(), p.PC1.degrade_adc(), p.PC0.degrade_adc()],
         serial,
         Output::new(p.PA5, Level::Low, Speed::Low),

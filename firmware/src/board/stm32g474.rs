@@ -15,7 +15,6 @@ use embassy_stm32::flash::{Async, Flash};
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::usart::{self, BufferedUart};
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, Peripherals, bind_interrupts, flash, pac, peripherals, triggers};
 use firmware_core::code_of_sum;
 
@@ -38,9 +37,9 @@ const VALVE_CHANNEL: usize = 0;
 /// TIM6_TRGO as trigger of DAC1 (RM0440, table "DAC1 interconnection": dac_ch1_trg7).
 const DAC_TRIGGER_TIM6: u8 = 7;
 
-/// Watchdog period. The LSI runs at 32 kHz ± 5 %, so the true period is 19 to 21 ms, a little more when hot: a dead core
-/// releases the valve to its hardware mid position within about 22 ms.
-const WATCHDOG_US: u32 = 20_000;
+/// Watchdog period in counts of 32 kHz / 4: 20 ms. The LSI runs at 32 kHz ± 5 %, so the true period is 19 to 21 ms, a little
+/// more when hot: a dead core releases the valve to its hardware mid position within about 22 ms.
+const WATCHDOG_COUNTS: u16 = 160;
 
 /// First byte of the parameter storage, as an offset into flash, and its end: the last 8 KiB of bank 2.
 pub(crate) const PARAMETER_FLASH: core::ops::Range<u32> = 0x0007_E000..0x0008_0000;
@@ -75,6 +74,35 @@ pub(crate) fn valve_to_mid_at_once() {
         });
         dac.cr().modify(|w| w.set_en(VALVE_CHANNEL, true));
     }
+}
+
+/// Starts the watchdog, before anything is waited for: a clock or a converter that never becomes ready ends in a reset, too. By
+/// registers, because the driver needs what `embassy_stm32::init` returns.
+pub(crate) fn start_watchdog() {
+    use pac::iwdg::vals::{Key, Pr};
+    let watchdog = pac::IWDG;
+    watchdog.kr().write(|w| w.set_key(Key::START));
+    watchdog.kr().write(|w| w.set_key(Key::ENABLE));
+    watchdog.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
+    watchdog.rlr().write(|w| w.set_rl(WATCHDOG_COUNTS - 1));
+    // The registers take effect after some cycles of the LSI (RM0440, 42.4.5), 0.2 ms; the core runs at 16 MHz still, and a turn
+    // takes more than 4 cycles. An LSI that stands still must not stop the start; the supervisor's feeding loads the period, too.
+    for _ in 0..800 {
+        if watchdog.sr().read().0 == 0 {
+            break;
+        }
+    }
+    feed_watchdog();
+}
+
+/// Another 20 ms.
+pub(crate) fn feed_watchdog() {
+    pac::IWDG.kr().write(|w| w.set_key(pac::iwdg::vals::Key::RESET));
+}
+
+/// No air any more, whoever owns the output: PB0 on every board so far.
+pub(crate) fn air_off_at_once() {
+    pac::GPIOB.bsrr().write(|w| w.set_br(0, true));
 }
 
 /// Why the chip started, read from RCC_CSR. Reading clears the flags, so this is called once.
@@ -120,8 +148,6 @@ pub(crate) struct Board {
     pub(crate) serial: BufferedUart<'static>,
     /// Flash that holds the parameters.
     pub(crate) flash: Flash<'static, Async>,
-    /// Not yet counting.
-    pub(crate) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
     /// Shows the state.
     pub(crate) light: Output<'static>,
     /// Air allowed: high in idle and run alone. For a dump valve.
@@ -142,8 +168,6 @@ pub(crate) struct Chip {
     pub(crate) adc: Peri<'static, peripherals::ADC1>,
     /// Holds the parameters.
     pub(crate) flash: Peri<'static, peripherals::FLASH>,
-    /// The watchdog.
-    pub(crate) watchdog: Peri<'static, peripherals::IWDG>,
 }
 
 /// Sets up clocks, and interrupt priorities with `serial` as the board's serial interrupt. The valve is at mid before and
@@ -187,6 +211,9 @@ impl Board {
         );
         // embassy-stm32 0.6 knows oversampling of regular conversions only.
         pac::ADC1.cfgr2().modify(|w| w.set_jovse(true));
+        // The prescaler is loaded by an update, which is a trigger, too: before anybody listens.
+        embassy_stm32::rcc::enable_and_reset::<peripherals::TIM6>();
+        Sampler::set_clock();
         let injected = adc.setup_injected_conversions(
             channels.map(|channel| (channel, time)),
             triggers::TIM6_TRGO,
@@ -195,13 +222,11 @@ impl Board {
         );
         // Dropping the driver would stop the converter; from here on the interrupt reads the registers itself.
         core::mem::forget(injected);
-        embassy_stm32::rcc::enable_and_reset::<peripherals::TIM6>();
         Self {
             sampler: Sampler { tick_counts: 0 },
             valve: Valve(()),
             serial,
             flash: Flash::new(chip.flash, Interrupts),
-            watchdog: IndependentWatchdog::new(chip.watchdog, WATCHDOG_US),
             light,
             air,
         }
@@ -239,6 +264,8 @@ pub(crate) struct Sequence {
     pub(crate) codes: [u16; 4],
     /// The next conversion was under way while these were read: samples of two ticks may be mixed.
     pub(crate) mixed: bool,
+    /// Core clock cycles since the last update of the timer.
+    pub(crate) since_update: u32,
 }
 
 impl Sampler {
@@ -247,10 +274,14 @@ impl Sampler {
         let counts = TICK_TIMER_HZ / tick_hz.clamp(SLOWEST_TICK_HZ, FASTEST_TICK_HZ);
         // 42.5 MHz / 650 Hz = 65 384: fits 16 bits.
         self.tick_counts = counts as u16;
+        // Without preload, and with the timer standing still, the period is in force at once.
+        pac::TIM6.arr().write(|w| w.set_arr((counts - 1) as u16));
+    }
+
+    /// Prescaler and trigger of the timer.
+    fn set_clock() {
         let timer = pac::TIM6;
         timer.psc().write_value((CORE_HZ / TICK_TIMER_HZ - 1) as u16);
-        timer.arr().write(|w| w.set_arr((counts - 1) as u16));
-        // Loads prescaler and period; before the update becomes a trigger, so that no conversion starts yet.
         timer.egr().write(|w| w.set_ug(true));
         timer.sr().write(|w| w.set_uif(false));
         timer.cr2().modify(|w| w.set_mms(pac::timer::vals::Mms::UPDATE));
@@ -267,7 +298,8 @@ impl Sampler {
     #[inline(always)]
     pub(crate) fn read(&mut self) -> Sequence {
         // The sequence ends CONVERSION_COUNTS after the update. A smaller count is one of the next period.
-        let mixed = pac::TIM6.cnt().read().cnt() < CONVERSION_COUNTS;
+        let count = pac::TIM6.cnt().read().cnt();
+        let mixed = count < CONVERSION_COUNTS;
         pac::TIM6.sr().write(|w| w.set_uif(false));
         let adc = pac::ADC1;
         // Written out: in a loop the register index would be checked at run time, and a panic linked in.
@@ -277,7 +309,8 @@ impl Sampler {
             w.set_jeos(true);
             w.set_jeoc(true);
         });
-        Sequence { codes: raw.map(code_of_sum), mixed }
+        let since_update = u32::from(count) * (CORE_HZ / TICK_TIMER_HZ);
+        Sequence { codes: raw.map(code_of_sum), mixed, since_update }
     }
 
     /// Whether the next tick has begun since [`Sampler::read`]: the valve code of this one came too late.

@@ -193,10 +193,11 @@ fn show(reply: &Reply) {
             say!("codes        position {y}, p_a {a}, p_b {b}, supply {supply}; valve {}", status.dac_code);
             say!("setpoint     {:.6} m", f64::from(status.setpoint_um) * 1.0e-6);
             say!(
-                "tick         worst {} cycles; {} overruns, {} late; {} against the model",
+                "tick         worst {} cycles; {} overruns, {} late, {} missed; {} against the model",
                 status.worst_cycles,
                 status.overruns,
                 status.late_ticks,
+                status.missed_ticks,
                 status.disagreements
             );
             say!("lost         {} telemetry records, {} bad frames", status.telemetry_lost, status.bad_frames);

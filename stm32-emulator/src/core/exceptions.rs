@@ -34,6 +34,9 @@ impl Core {
     /// # Errors
     /// The vector table cannot be read.
     pub fn interrupts<B: Bus>(&mut self, bus: &mut B) -> Result<Option<Exception>, Trap> {
+        if self.asleep == Sleep::LockedUp {
+            return Ok(None);
+        }
         if self.asleep != Sleep::Awake && bus.system().would_wake(self.basepri) {
             self.asleep = Sleep::Awake;
         }
@@ -110,7 +113,8 @@ impl Core {
     /// A fault inside the hard fault handler or above: the chip locks up.
     pub(super) fn fault<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
         if bus.system().execution_priority() < 0 || self.faultmask {
-            return Err(Trap::unmodelled("lock-up: a fault inside a fault handler"));
+            self.asleep = Sleep::LockedUp;
+            return Ok(());
         }
         bus.system().hfsr |= FORCED;
         self.cycles += ENTRY_CYCLES;

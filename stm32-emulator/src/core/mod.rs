@@ -137,6 +137,8 @@ pub enum Sleep {
     Interrupt,
     /// WFE: until an event, too.
     Event,
+    /// A fault inside a fault handler: until a reset (DDI 0403E, B1.5.15; that a non-maskable interrupt may end it is left out).
+    LockedUp,
 }
 
 impl Core {
@@ -217,6 +219,8 @@ impl Core {
             Stop { instruction_at: at, instruction, what }
         };
         let entered = match trap {
+            // The instruction came from a double word with two wrong bits: the interrupt that says so is taken next.
+            Trap::Unmodelled(_) if bus.system().nmi_pending() => Ok(()),
             Trap::Unmodelled(what) => return Err(stop(bus, what.into())),
             // A synchronous fault returns to the instruction that caused it.
             Trap::Bus(address) => {

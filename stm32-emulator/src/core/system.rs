@@ -114,6 +114,10 @@ impl System {
         self.attention = true;
     }
 
+    pub(crate) fn nmi_pending(&self) -> bool {
+        self.nmi_pending
+    }
+
     /// Whether an exception is being handled.
     #[inline]
     #[must_use]

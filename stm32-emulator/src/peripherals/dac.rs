@@ -18,13 +18,15 @@ pub struct Dac {
     output: u32,
     /// Codes written by the firmware since reset.
     pub writes: u64,
+    /// The code at the pin, whatever is written (a fault).
+    pub stuck_at: Option<u16>,
 }
 
 impl Dac {
     /// The code at the pin; `None`: the pin is high impedance.
     #[must_use]
     pub fn pin(&self) -> Option<u16> {
-        (self.cr & ENABLE != 0).then_some(self.output as u16)
+        (self.cr & ENABLE != 0).then_some(self.stuck_at.unwrap_or(self.output as u16))
     }
 
     /// The code that waits for the trigger, or passed already.

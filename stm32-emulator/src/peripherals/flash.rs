@@ -66,7 +66,10 @@ pub struct Flash {
     cr: u32,
     sr: u32,
     eccr: u32,
-    optr: u32,
+    /// Option bytes: bit 22 says whether there are two banks.
+    pub optr: u32,
+    /// Every order to program or erase is refused with a programming error (a fault).
+    pub refusing: bool,
     keys: u32,
     first_word: Option<(usize, u32)>,
     operation: Option<(Operation, Time)>,
@@ -87,6 +90,7 @@ impl Flash {
             eccr: 0,
             // As shipped: two banks.
             optr: 0xFFEF_F8AA,
+            refusing: false,
             keys: 0,
             first_word: None,
             operation: None,
@@ -232,6 +236,9 @@ impl Flash {
         if bytes != 4 {
             return self.error(SIZE_ERROR);
         }
+        if self.refusing {
+            return self.error(PROGRAM_ERROR);
+        }
         match self.first_word.take() {
             None if offset.is_multiple_of(8) => self.first_word = Some((offset, value)),
             Some((first, low)) if first + 4 == offset => {
@@ -285,6 +292,8 @@ impl Flash {
                 if value & START != 0 {
                     if value & ERASE_PAGE == 0 || self.operation.is_some() {
                         self.error(SEQUENCE_ERROR);
+                    } else if self.refusing {
+                        self.error(PROGRAM_ERROR);
                     } else {
                         let page = (value >> 3 & 0x7F) as usize + if value >> 11 & 1 != 0 { 128 } else { 0 };
                         self.sr |= BUSY;
