@@ -7,10 +7,11 @@
 //!                    └──── valve ◄── DAC code ◄──────────────────────── Target
 //! ```
 //!
-//! [`HostTarget`] is the firmware's own loop on the desktop. Another [`Target`] (QEMU, the flashed ELF, a board) sees the same
+//! [`HostTarget`] is the firmware's own loop on the desktop, [`emulated::EmulatedTarget`] the flashed ELF on the emulated chip. Another [`Target`] (QEMU, the flashed ELF, a board) sees the same
 //! codes and must answer with the same ones: [`Outcome::fingerprint`] compares whole runs.
 #![forbid(unsafe_code)]
 
+pub mod emulated;
 pub mod fault;
 pub mod qemu;
 pub mod reliability;

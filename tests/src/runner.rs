@@ -174,6 +174,8 @@ pub fn run_observed(
             for byte in codes.iter().chain([&dac]).flat_map(|code| code.to_le_bytes()) {
                 outcome.fingerprint = (outcome.fingerprint ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
             }
+        } else {
+            target.lose_tick()?;
         }
         missed = if dropped { missed.saturating_add(1) } else { 0 };
         if let (Mode::Safe(reason), None) = (mode, outcome.tripped) {

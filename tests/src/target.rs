@@ -37,6 +37,14 @@ pub trait Target {
     /// The target cannot be reached or makes no sense.
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError>;
 
+    /// A tick does not happen: its trigger is lost. Targets that only count ticks need not know.
+    ///
+    /// # Errors
+    /// As [`Target::tick`].
+    fn lose_tick(&mut self) -> Result<(), TargetError> {
+        Ok(())
+    }
+
     /// Whether a watchdog guards it.
     fn has_watchdog(&self) -> bool {
         true
