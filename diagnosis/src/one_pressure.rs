@@ -56,13 +56,14 @@ struct Phase {
 /// Judges a log with exactly one chamber pressure and a position; `None` if there is no such pressure or no vented
 /// phase.
 fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
-    let (pressure, sign) = match (record.available.pressure_a, record.available.pressure_b) {
-        (true, false) => (&record.p_a_pa, 1.0),
-        (false, true) => (&record.p_b_pa, -1.0),
+    let cylinder = &rig.rig.cylinder;
+    let (pressure, sign, area) = match (record.available.pressure_a, record.available.pressure_b) {
+        (true, false) => (&record.p_a_pa, 1.0, cylinder.area_a_m2),
+        (false, true) => (&record.p_b_pa, -1.0, cylinder.area_b_m2),
         _ => return None,
     };
     let atmosphere = rig.rig.supply.atmosphere_pa;
-    let (area, mass) = (rig.rig.cylinder.area_m2, rig.rig.load.mass_kg);
+    let mass = rig.rig.load.mass_kg;
     // The sensor's lowest reading is closer to the true atmospheric pressure than the rig file's value.
     let zero = pressure.iter().copied().fold(f64::INFINITY, f64::min).max(0.9 * atmosphere).min(1.1 * atmosphere);
     let highest = pressure.iter().copied().fold(0.0, f64::max) - zero;

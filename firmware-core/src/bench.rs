@@ -42,8 +42,8 @@ impl BenchPlant {
     #[must_use]
     pub fn of_rig(rig: &Rig<f32>, parameters: &Parameters) -> Option<Self> {
         let plant = Plant::without_effects(rig).ok()?;
-        let pressure = rig.equilibrium_pressure_pa();
-        let state = plant.state_at_rest(0.0, pressure, pressure);
+        let [p_a, p_b] = rig.equilibrium_pressures_pa();
+        let state = plant.state_at_rest(0.0, p_a, p_b);
         let tick_s = 1.0 / parameters.tick_hz as f32;
         let [low_v, high_v] = parameters.valve_range_v;
         Some(Self {

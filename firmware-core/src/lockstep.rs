@@ -6,7 +6,7 @@
 
 use control::{AdcCode, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position};
 use monitor::MonitorParameters;
-use plant_model::{Effect, Effects, Plant, RIG_KEYS, Rig};
+use plant_model::{Effect, Effects, Plant, RIG_NUMBERS, Rig};
 use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchPlant;
@@ -42,7 +42,7 @@ pub struct SetupMessage {
     /// The monitor's, if there is one.
     pub monitor: Option<MonitorParameters>,
     /// The rig the monitor knows.
-    pub rig: [f32; RIG_KEYS.len()],
+    pub rig: heapless::Vec<f32, RIG_NUMBERS>,
     /// Its effects: index in the catalogue, values.
     pub effects: heapless::Vec<(u8, [f32; 3]), { Effect::ALL.len() }>,
     /// Ticks between a code and its effect.
@@ -74,6 +74,7 @@ impl SetupMessage {
     /// The loop that the guest runs. `None` if a number is out of range.
     #[must_use]
     pub fn into_loop(self) -> Option<ControlLoop> {
+        let rig = Rig::from_numbers(&self.rig.into_array().ok()?);
         let monitor = match self.monitor {
             None => None,
             Some(parameters) => {
@@ -81,7 +82,7 @@ impl SetupMessage {
                 for (index, values) in &self.effects {
                     effects.set(Effect::ALL.get(usize::from(*index)).copied()?, values);
                 }
-                let plant = Plant::new(&Rig::from_numbers(&self.rig), &effects).ok()?;
+                let plant = Plant::new(&rig, &effects).ok()?;
                 Some(MonitorSetup { plant, parameters, trips: true, output_delay_ticks: self.output_delay_ticks })
             }
         };
@@ -89,7 +90,7 @@ impl SetupMessage {
         let state = if self.armed { ControllerState::armed() } else { ControllerState::boot(None) };
         let mut control_loop = ControlLoop::in_state(setup, state);
         if self.bench {
-            control_loop.order(&Order::BenchOn(BenchPlant::of_rig(&Rig::from_numbers(&self.rig), &self.parameters)?));
+            control_loop.order(&Order::BenchOn(BenchPlant::of_rig(&rig, &self.parameters)?));
         }
         Some(control_loop)
     }

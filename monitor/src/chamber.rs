@@ -3,7 +3,7 @@
 use crate::Check;
 use crate::motion::Contribution;
 use crate::parameters::MonitorParameters;
-use plant_model::{Plant, Real};
+use plant_model::{Plant, Real, Side};
 
 /// What both chambers share between two samples, one tick apart.
 pub(crate) struct Interval<'m> {
@@ -18,7 +18,7 @@ pub(crate) struct Interval<'m> {
 
 /// The valve in one tick.
 pub(crate) struct Valve {
-    /// `|atan(2 w)|`.
+    /// Magnitude, rad.
     pub(crate) opening: f32,
     /// By how much that may be wrong.
     pub(crate) opening_error: f32,
@@ -32,6 +32,7 @@ pub(crate) struct Balance {
     pub(crate) inverse_volume_per_m3: f32,
     /// 1 if the chamber grows towards B, −1 if it shrinks.
     pub(crate) towards_b: f32,
+    pub(crate) side: Side,
     /// Motion during the tick in the direction in which the chamber grows, m.
     pub(crate) step_m: f32,
     pub(crate) smoothed_step_m: f32,
@@ -49,16 +50,24 @@ pub(crate) struct Watch {
 impl Interval<'_> {
     pub(crate) fn valve(&self) -> Valve {
         let dead_zone = self.plant.dead_zone();
-        let w = dead_zone.output_v(self.spool_v);
+        let opening = self.plant.opening(self.spool_v);
+        let w = opening.w;
         let error_v = self.parameters.opening_v;
         // Deep inside the dead zone the valve is closed for certain.
         let may_be_open = self.spool_v > dead_zone.right_v - error_v || self.spool_v < dead_zone.left_v + error_v;
         let slope = if w < 0.0 { dead_zone.slope_left } else { dead_zone.slope_right };
         let two_w = 2.0 * w;
+        let error = if self.plant.opening_curve().is_some() {
+            // Beside a kink of the curve the steeper side counts.
+            let steepest = |w: f32| self.plant.gain_per_v(&self.plant.opening(w)).abs();
+            slope * error_v * steepest(self.spool_v - error_v).at_least(steepest(self.spool_v + error_v))
+        } else {
+            2.0 * slope * error_v / (1.0 + two_w * two_w)
+        };
         Valve {
-            opening: two_w.abs().atan(),
-            opening_error: if may_be_open { 2.0 * slope * error_v / (1.0 + two_w * two_w) } else { 0.0 },
-            fills_a: w >= 0.0,
+            opening: opening.magnitude,
+            opening_error: if may_be_open { error } else { 0.0 },
+            fills_a: opening.fills_a,
         }
     }
 }
@@ -73,14 +82,15 @@ impl Watch {
         measured_step_pa: f32,
     ) -> (Check, Contribution) {
         let m = interval.plant.coefficients();
-        let orifices = interval.plant.orifices();
+        let orifices = interval.plant.orifices(balance.side);
+        let area_m2 = interval.plant.area_m2(balance.side);
         let p = balance.pressure_pa;
         let flow = |filling: bool, opening: f32| {
             orifices.inflow(filling, opening, p, interval.supply_pa, m.atmosphere_pa).mass_flow
         };
         let inflow = flow(balance.filling, valve.opening);
         let per_kg_per_s = interval.plant.energy_j_per_kg() * interval.tick_s * balance.inverse_volume_per_m3;
-        let per_metre = m.exponent * m.area_b_m2 * p * balance.inverse_volume_per_m3;
+        let per_metre = m.exponent * area_m2 * p * balance.inverse_volume_per_m3;
         let by_flow = per_kg_per_s * (inflow + balance.leak_kg_per_s);
         let by_motion = -per_metre * balance.step_m;
         let unexplained_pa = measured_step_pa - by_flow - by_motion;
@@ -95,7 +105,7 @@ impl Watch {
         // In steady motion both are equal and opposite; the larger one sets the scale.
         let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
         // A chamber that is almost empty has a volume that the position's error is a large part of.
-        let volume_doubt = interval.parameters.position_m * m.area_b_m2 * balance.inverse_volume_per_m3;
+        let volume_doubt = interval.parameters.position_m * area_m2 * balance.inverse_volume_per_m3;
         let allowed_pa = (interval.parameters.relative + volume_doubt) * activity + per_kg_per_s * doubt;
         self.allowance_pa = (self.allowance_pa + allowed_pa) * interval.keep;
         let noise = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;

@@ -156,7 +156,7 @@ impl Monitor {
             0.0
         };
         let kink = KinkWatch::new(&plant, tick_s);
-        let delay = CommandDelay::new(f32::from(command_delay_ticks) + plant.added().line_delay.delay_s / tick_s)?;
+        let delay = CommandDelay::new(f32::from(command_delay_ticks) + plant.line_delay_s() / tick_s)?;
         Ok(Self {
             plant,
             parameters: *parameters,
@@ -217,6 +217,7 @@ impl Monitor {
             pressure_pa: mean_a,
             inverse_volume_per_m3: 1.0 / volume_a,
             towards_b: 1.0,
+            side: Side::A,
             step_m,
             smoothed_step_m: self.smoothed_step_m,
             filling: valve.fills_a,
@@ -226,6 +227,7 @@ impl Monitor {
             pressure_pa: mean_b,
             inverse_volume_per_m3: 1.0 / volume_b,
             towards_b: -1.0,
+            side: Side::B,
             step_m: -step_m,
             smoothed_step_m: -self.smoothed_step_m,
             filling: !valve.fills_a,
@@ -238,7 +240,8 @@ impl Monitor {
         let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
         let bent = Bent {
             position_m: readings.position_m,
-            force_n: m.area_b_m2 * (mean_a - mean_b),
+            force_n: m.area_b_m2 * (mean_a - mean_b) + (m.area_a_m2 - m.area_b_m2) * (mean_a - m.atmosphere_pa)
+                - m.mass_kg * m.gravity_m_per_s2,
             missing: self.missing.since_a_bend(),
             metres_per_pa: 0.5 * (moved_a.metres_per_pa + moved_b.metres_per_pa),
         };

@@ -1,6 +1,7 @@
 //! Nominal parameters with all effects folded in.
 
 use crate::dead_zone::DeadZone;
+use crate::hose::Hose;
 
 /// Everything the right-hand side needs, effects included. Built by `Plant::new`, changed by effects only: they change
 /// the coefficients of the paper's model, or set those of a term of their own.
@@ -18,10 +19,10 @@ pub struct Coefficients<R> {
     pub dead_zone: DeadZone<R>,
     /// Largest command magnitude the valve follows, V.
     pub max_voltage_v: R,
-    /// `beta_fill`, kg/(s Pa).
-    pub fill: R,
-    /// `beta_exh`, kg/(s Pa).
-    pub exhaust: R,
+    /// The valve's paths to and from chamber A.
+    pub valve_a: ValvePaths<R>,
+    /// The valve's paths to and from chamber B.
+    pub valve_b: ValvePaths<R>,
     /// Piston area towards chamber A, m2.
     pub area_a_m2: R,
     /// Piston area towards chamber B, m2.
@@ -32,8 +33,12 @@ pub struct Coefficients<R> {
     pub volume_a0_m3: R,
     /// Volume of chamber B at mid-stroke, m3.
     pub volume_b0_m3: R,
+    /// Delay of the command by the hoses, s.
+    pub hose_delay_s: R,
     /// Moving mass, kg.
     pub mass_kg: R,
+    /// What the moving mass presses against positive motion, m/s2: gravity along the incline.
+    pub gravity_m_per_s2: R,
     /// `sigma0`, N/m.
     pub stiffness: R,
     /// `sigma1`, N s/m.
@@ -48,4 +53,17 @@ pub struct Coefficients<R> {
     pub stribeck_velocity_m_per_s: R,
     /// `z_ba`, m.
     pub breakaway_m: R,
+}
+
+/// The paths between the valve's ports and one chamber.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValvePaths<R> {
+    /// `beta_fill`; under ISO 6358 the mass conductance. kg/(s Pa) per rad of opening.
+    pub fill: R,
+    /// `beta_exh`; under ISO 6358 the mass conductance. kg/(s Pa) per rad of opening.
+    pub exhaust: R,
+    /// Critical pressure ratios of filling and exhausting, where the valve follows ISO 6358 by itself.
+    pub critical_ratios: Option<[R; 2]>,
+    /// The hose, if it is described.
+    pub hose: Option<Hose<R>>,
 }

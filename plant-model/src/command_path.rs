@@ -1,6 +1,6 @@
 //! The way of the command to the spool: transport delay, then the play operator of the valve's hysteresis.
 
-use crate::effects::{Added, valve_hysteresis};
+use crate::effects::valve_hysteresis;
 use crate::real::Real;
 use heapless::Deque;
 
@@ -15,14 +15,13 @@ pub(crate) struct CommandPath<R, const N: usize> {
 
 impl<R: Real, const N: usize> CommandPath<R, N> {
     /// A path whose valve has stood at mid position for longer than the delay.
-    pub(crate) fn new(added: &Added<R>) -> Self {
-        let delay_s = added.line_delay.delay_s;
+    pub(crate) fn new(delay_s: R, hysteresis: valve_hysteresis::Terms<R>) -> Self {
         let mut under_way = Deque::new();
         if delay_s > R::ZERO {
             // Capacity N is at least one, so the first entry always fits.
             let _ = under_way.push_back((delay_s, R::ZERO));
         }
-        Self { delay_s, hysteresis: added.valve_hysteresis, under_way, played_v: R::ZERO }
+        Self { delay_s, hysteresis, under_way, played_v: R::ZERO }
     }
 
     /// The command that the spool sees, where it arrives at once; else `None`.

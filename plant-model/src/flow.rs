@@ -9,4 +9,6 @@ pub struct Flow<R> {
     pub by_chamber: R,
     /// Derivative by the supply pressure, kg/(s Pa).
     pub by_supply: R,
+    /// `d ln q / d ln opening`: 1 without a hose, less where the hose holds back more than the valve.
+    pub opening_exponent: R,
 }

@@ -24,7 +24,9 @@ pub mod dead_zone;
 pub mod effects;
 mod flow;
 pub mod friction;
+pub mod hose;
 mod measurement;
+mod opening_table;
 mod plant;
 mod real;
 mod rig;
@@ -35,13 +37,15 @@ mod simulator;
 mod stepper;
 pub mod valve_flow;
 
-pub use coefficients::Coefficients;
+pub use coefficients::{Coefficients, ValvePaths};
 pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
 pub use measurement::Measurement;
+pub use opening_table::{OPENING_POINTS, OpeningCurve, OpeningTable};
 pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{
-    Cylinder, Friction, Gas, Limits, Load, Must, ParameterError, Place, RIG_KEYS, Rig, RigKey, Supply, Valve, rig_key,
+    BOTH_SIDES, Cylinder, Friction, Gas, Hoses, Limits, Load, Must, ParameterError, Place, RIG_KEYS, RIG_NUMBERS, Rig,
+    RigKey, Supply, Valve, all_keys, rig_key,
 };
 pub use simulator::Simulator;
 pub use stepper::{Stepper, Tolerance};

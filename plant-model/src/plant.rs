@@ -1,17 +1,22 @@
 //! The plant: nominal parameters and effects folded into one right-hand side.
 
-use crate::coefficients::Coefficients;
+use crate::coefficients::{Coefficients, ValvePaths};
 use crate::dead_zone::DeadZone;
 use crate::effects::terms::Chamber;
 use crate::effects::{Added, ChamberFlow, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
+use crate::hose::{self, Hose};
 use crate::measurement::Measurement;
+use crate::opening_table::OpeningCurve;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
-use crate::valve_flow::Orifices;
+use crate::valve_flow::{Opening, Orifices};
 
 /// The smallest volume a chamber can have, as a part of the swept volume `A L` (erratum: case (b) would reach zero).
 pub const MINIMUM_VOLUME_RATIO: f64 = 0.005;
+
+/// Standard gravity, m/s2.
+const GRAVITY_M_PER_S2: f64 = 9.806_65;
 
 /// The sliding force never falls below this part of the Coulomb force, whatever effects are combined.
 const MINIMUM_LEVEL_RATIO: f64 = 1.0e-3;
@@ -57,7 +62,9 @@ pub struct Inputs<R> {
 pub struct Plant<R> {
     pub(crate) model: Coefficients<R>,
     pub(crate) added: Added<R>,
-    pub(crate) orifices: Orifices<R>,
+    pub(crate) orifices_a: Orifices<R>,
+    pub(crate) orifices_b: Orifices<R>,
+    curve: Option<OpeningCurve<R>>,
     pub(crate) lugre: LuGre<R>,
     /// `R n T`, J/kg.
     pub(crate) energy: R,
@@ -68,6 +75,8 @@ pub struct Plant<R> {
     pub(crate) acceleration_per_pa: R,
     /// `A_a - A_b`, m2.
     pub(crate) uneven_area_m2: R,
+    /// Weight along the incline, N.
+    pub(crate) weight_n: R,
     /// `(A_a - A_b) / M`, m/(s2 Pa).
     pub(crate) uneven_acceleration_per_pa: R,
     pub(crate) minimum_level_n: R,
@@ -96,11 +105,16 @@ impl<R: Real> Plant<R> {
     /// The first parameter of the rig that is not finite, out of range or inconsistent.
     pub fn without_effects(rig: &Rig<R>) -> Result<Self, ParameterError> {
         rig.validate()?;
-        Ok(Self::assemble(rig, Self::nominal(rig), Added::default()))
+        Ok(Self::unchecked(rig))
+    }
+
+    /// The plant of a rig that nobody has checked: for figures of a rig, not for motion.
+    pub(crate) fn unchecked(rig: &Rig<R>) -> Self {
+        Self::assemble(rig, Self::nominal(rig), Added::default())
     }
 
     fn nominal(rig: &Rig<R>) -> Coefficients<R> {
-        let (v, c, f) = (&rig.valve, &rig.cylinder, &rig.friction);
+        let (v, c, f, g, h) = (&rig.valve, &rig.cylinder, &rig.friction, &rig.gas, &rig.hoses);
         Coefficients {
             exponent: rig.gas.heat_capacity_ratio,
             atmosphere_pa: rig.supply.atmosphere_pa,
@@ -112,14 +126,25 @@ impl<R: Real> Plant<R> {
                 slope_left: v.slope_left,
             },
             max_voltage_v: v.max_voltage_v,
-            fill: v.fill_coefficient_kg_per_s_pa,
-            exhaust: v.exhaust_coefficient_kg_per_s_pa,
-            area_a_m2: c.area_m2,
-            area_b_m2: c.area_m2,
+            valve_a: Self::valve_paths(rig, Side::A),
+            valve_b: Self::valve_paths(rig, Side::B),
+            area_a_m2: c.area_a_m2,
+            area_b_m2: c.area_b_m2,
             half_stroke_m: c.stroke_m * R::HALF,
-            volume_a0_m3: c.volume_a0_m3,
-            volume_b0_m3: c.volume_b0_m3,
+            volume_a0_m3: c.volume_a0_m3 + hose::volume_m3(h.a_length_m, h.a_diameter_m),
+            volume_b0_m3: c.volume_b0_m3 + hose::volume_m3(h.b_length_m, h.b_diameter_m),
+            hose_delay_s: if h.a_length_m + h.b_length_m > R::ZERO {
+                let sound = g.heat_capacity_ratio * g.gas_constant_j_per_kg_k * g.temperature_k;
+                R::HALF * (h.a_length_m + h.b_length_m) / sound.sqrt()
+            } else {
+                R::ZERO
+            },
             mass_kg: rig.load.mass_kg,
+            gravity_m_per_s2: if rig.load.inclination_deg == R::ZERO {
+                R::ZERO
+            } else {
+                R::of(GRAVITY_M_PER_S2) * (rig.load.inclination_deg * R::of(core::f64::consts::PI / 180.0)).sin()
+            },
             stiffness: f.stiffness_n_per_m,
             damping: f.damping_n_s_per_m,
             viscous: f.viscous_n_s_per_m,
@@ -130,14 +155,56 @@ impl<R: Real> Plant<R> {
         }
     }
 
+    /// The valve's paths to and from a chamber, and the hose, as the rig states them.
+    fn valve_paths(rig: &Rig<R>, side: Side) -> ValvePaths<R> {
+        let (v, h, s) = (&rig.valve, &rig.hoses, &rig.supply);
+        let (length_m, diameter_m) = match side {
+            Side::A => (h.a_length_m, h.a_diameter_m),
+            Side::B => (h.b_length_m, h.b_diameter_m),
+        };
+        let full_drop = (s.pressure_pa - s.atmosphere_pa) / s.pressure_pa;
+        let hose = Hose::new(length_m, diameter_m, rig.gas.temperature_k, full_drop);
+        if !rig.follows_iso6358() {
+            let (fill, exhaust) = (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa);
+            return ValvePaths { fill, exhaust, critical_ratios: None, hose };
+        }
+        let (fill, exhaust, ratios) = match side {
+            Side::A => (
+                v.fill_conductance_a_m3_per_s_pa,
+                v.exhaust_conductance_a_m3_per_s_pa,
+                [v.fill_critical_ratio_a, v.exhaust_critical_ratio_a],
+            ),
+            Side::B => (
+                v.fill_conductance_b_m3_per_s_pa,
+                v.exhaust_conductance_b_m3_per_s_pa,
+                [v.fill_critical_ratio_b, v.exhaust_critical_ratio_b],
+            ),
+        };
+        // The conductance is that of the fully open valve, whose opening is pi/2.
+        let per_rad =
+            |sonic| hose::mass_conductance(sonic, rig.gas.temperature_k) * R::of(core::f64::consts::FRAC_2_PI);
+        ValvePaths { fill: per_rad(fill), exhaust: per_rad(exhaust), critical_ratios: Some(ratios), hose }
+    }
+
     fn assemble(rig: &Rig<R>, model: Coefficients<R>, added: Added<R>) -> Self {
-        let iso6358 = added.choked_flow.on(model.fill, model.exhaust, model.supply_pa, model.atmosphere_pa);
+        let orifices = |valve: &ValvePaths<R>| Orifices {
+            fill: valve.fill,
+            exhaust: valve.exhaust,
+            iso6358: added.choked_flow.on(valve, model.supply_pa, model.atmosphere_pa),
+            hose: valve.hose,
+        };
+        let (orifices_a, orifices_b) = (orifices(&model.valve_a), orifices(&model.valve_b));
+        let linear = |o: &Orifices<R>| o.iso6358.is_none() && o.hose.is_none();
+        let weight_n = model.mass_kg * model.gravity_m_per_s2;
         let level_varies = added.changes_sliding_force();
         let stroke_m = model.half_stroke_m + model.half_stroke_m;
         let uneven_area_m2 = model.area_a_m2 - model.area_b_m2;
         let minimum_volume = |area_m2: R| R::of(MINIMUM_VOLUME_RATIO) * area_m2 * stroke_m;
         Self {
-            orifices: Orifices { fill: model.fill, exhaust: model.exhaust, iso6358 },
+            orifices_a,
+            orifices_b,
+            curve: OpeningCurve::of(&rig.opening),
+            weight_n,
             lugre: LuGre {
                 stiffness: model.stiffness,
                 inverse_stiffness: R::ONE / model.stiffness,
@@ -160,7 +227,11 @@ impl<R: Real> Plant<R> {
             uneven_acceleration_per_pa: uneven_area_m2 / model.mass_kg,
             minimum_level_n: R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n,
             level_varies,
-            extended: level_varies || added.is_present() || uneven_area_m2 != R::ZERO,
+            extended: level_varies
+                || added.is_present()
+                || uneven_area_m2 != R::ZERO
+                || weight_n != R::ZERO
+                || !(linear(&orifices_a) && linear(&orifices_b)),
             model,
             added,
         }
@@ -222,10 +293,49 @@ impl<R: Real> Plant<R> {
         &self.model.dead_zone
     }
 
-    /// The valve's flow law in force.
+    /// The valve's flow law in force on the paths of a chamber, its hose included.
+    #[inline]
     #[must_use]
-    pub fn orifices(&self) -> &Orifices<R> {
-        &self.orifices
+    pub fn orifices(&self, side: Side) -> &Orifices<R> {
+        match side {
+            Side::A => &self.orifices_a,
+            Side::B => &self.orifices_b,
+        }
+    }
+
+    /// The valve's opening with its spool at a command in V.
+    #[inline]
+    #[must_use]
+    pub fn opening(&self, spool_v: R) -> Opening<R> {
+        self.opening_at(self.model.dead_zone.output_v(spool_v))
+    }
+
+    /// The opening at an effective command in V.
+    #[inline]
+    pub(crate) fn opening_at(&self, w: R) -> Opening<R> {
+        match &self.curve {
+            None => Opening::at(w),
+            Some(curve) => Opening { w, magnitude: curve.at(w).0, fills_a: w >= R::ZERO },
+        }
+    }
+
+    /// Derivative of an opening's magnitude by the effective command, rad/V.
+    #[inline]
+    #[must_use]
+    pub fn gain_per_v(&self, opening: &Opening<R>) -> R {
+        match &self.curve {
+            None => opening.gain_per_v(),
+            Some(curve) => {
+                let slope = curve.at(opening.w).1;
+                if opening.fills_a { slope } else { -slope }
+            }
+        }
+    }
+
+    /// The curve by which the valve opens, if it is not the arc tangent.
+    #[must_use]
+    pub fn opening_curve(&self) -> Option<&OpeningCurve<R>> {
+        self.curve.as_ref()
     }
 
     /// Half the stroke, m: the end stops stand at plus and minus this position.
@@ -327,10 +437,43 @@ impl<R: Real> Plant<R> {
         self.added.position_delay.delay_s
     }
 
-    /// By how much the valve acts late on its command, s.
+    /// By how much the valve acts late on its command, s: the hoses' delay, and more by an effect.
     #[must_use]
     pub fn line_delay_s(&self) -> R {
-        self.added.line_delay.delay_s
+        self.added.line_delay.delay_s + self.model.hose_delay_s
+    }
+
+    /// The chamber pressures A and B in Pa absolute at which the piston is balanced without friction and slow motion lets
+    /// as much air in as out: the mean of both directions. Below a supply that cannot carry the load, the nearest to it.
+    #[must_use]
+    pub fn equilibrium_pressures_pa(&self) -> [R; 2] {
+        let m = &self.model;
+        let (supply, atmosphere) = (m.supply_pa, m.atmosphere_pa);
+        // At a small opening, where hoses hold nothing back.
+        let magnitude = R::of(0.01);
+        let balanced_b = |p_a: R| {
+            let p_b = atmosphere + (m.area_a_m2 * (p_a - atmosphere) - self.weight_n) / m.area_b_m2;
+            p_b.limit(atmosphere, supply)
+        };
+        // Speed at which a chamber's flow lets the piston move, up to a factor.
+        let speed = |side: Side, filling: bool, p: R| {
+            let flow = self.orifices(side).inflow(filling, magnitude, p, supply, atmosphere).mass_flow;
+            flow / (p * self.area_m2(side))
+        };
+        let [mut sum_a, mut sum_b] = [R::ZERO; 2];
+        for fills_a in [true, false] {
+            let (mut low, mut high) = (atmosphere, supply);
+            for _ in 0..48 {
+                let p_a = R::HALF * (low + high);
+                // Both fall as the pressures rise: what flows in less, what flows out more.
+                let surplus = speed(Side::A, fills_a, p_a) + speed(Side::B, !fills_a, balanced_b(p_a));
+                if surplus > R::ZERO { low = p_a } else { high = p_a }
+            }
+            let p_a = R::HALF * (low + high);
+            sum_a += R::HALF * p_a;
+            sum_b += R::HALF * balanced_b(p_a);
+        }
+        [sum_a, sum_b]
     }
 
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.

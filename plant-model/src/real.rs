@@ -48,6 +48,10 @@ pub trait Real:
     fn cos(self) -> Self;
     /// Square root; NaN for negative values.
     fn sqrt(self) -> Self;
+    /// Cube root.
+    fn cbrt(self) -> Self {
+        Self::of(libm::cbrt(self.to_f64()))
+    }
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
     /// −1, 0 or +1; unlike the IEEE function, zero has the sign 0.
@@ -103,7 +107,7 @@ fn exponential(x: f64) -> f64 {
 }
 
 macro_rules! impl_real {
-    ($scalar:ident, $exp:path, $atan:path, $sin:path, $cos:path, $sqrt:path) => {
+    ($scalar:ident, $exp:path, $atan:path, $sin:path, $cos:path, $sqrt:path, $cbrt:path) => {
         impl Real for $scalar {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -142,6 +146,10 @@ macro_rules! impl_real {
                 $sqrt(self)
             }
             #[inline]
+            fn cbrt(self) -> Self {
+                $cbrt(self)
+            }
+            #[inline]
             fn is_finite(self) -> bool {
                 $scalar::is_finite(self)
             }
@@ -149,5 +157,5 @@ macro_rules! impl_real {
     };
 }
 
-impl_real!(f64, exponential, libm::atan, libm::sin, libm::cos, libm::sqrt);
-impl_real!(f32, libm::expf, libm::atanf, libm::sinf, libm::cosf, libm::sqrtf);
+impl_real!(f64, exponential, libm::atan, libm::sin, libm::cos, libm::sqrt, libm::cbrt);
+impl_real!(f32, libm::expf, libm::atanf, libm::sinf, libm::cosf, libm::sqrtf, libm::cbrtf);

@@ -6,7 +6,7 @@ use crate::effects::terms::{Chamber, ChamberFlow, Force, Seal, Side, Term};
 use crate::friction::Level;
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
-use crate::valve_flow::{Connection, Flow, Opening};
+use crate::valve_flow::{Connection, Flow, Opening, Orifices};
 
 /// What the valve does during a step: known beforehand where the spool follows its command at once.
 #[derive(Clone, Copy, Debug)]
@@ -68,16 +68,17 @@ impl<R: Real> Plant<R> {
         let command_v = inputs.u_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
         let w = self.model.dead_zone.output_v(command_v);
         if w != last.w {
-            *last = Opening::at(w);
+            *last = self.opening_at(w);
         }
         let opening = *last;
-        let connect =
-            |filling| self.orifices.connect(filling, opening.magnitude, inputs.supply_pa, self.model.atmosphere_pa);
+        let connect = |orifices: &Orifices<R>, filling| {
+            orifices.connect(filling, opening.magnitude, inputs.supply_pa, self.model.atmosphere_pa)
+        };
         Drive {
             command_v,
             opening,
-            connection_a: connect(opening.fills_a),
-            connection_b: connect(!opening.fills_a),
+            connection_a: connect(&self.orifices_a, opening.fills_a),
+            connection_b: connect(&self.orifices_b, !opening.fills_a),
             external_force_n: inputs.external_force_n,
             supply_pa: inputs.supply_pa,
         }
@@ -109,12 +110,8 @@ impl<R: Real> Plant<R> {
     }
 
     #[inline]
-    fn opening<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Opening<R> {
-        if EXTENDED && self.added.valve_lag.is_present() {
-            Opening::at(self.model.dead_zone.output_v(state.spool_v))
-        } else {
-            drive.opening
-        }
+    fn opening_now<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Opening<R> {
+        if EXTENDED && self.added.valve_lag.is_present() { self.opening(state.spool_v) } else { drive.opening }
     }
 
     /// Sliding force `g` with the effects of direction, position and pressure, and its derivatives by `y` and by the
@@ -173,7 +170,7 @@ impl<R: Real> Plant<R> {
         let m = &self.model;
         let mut sum = Force { force_n: m.area_b_m2 * (p_a - p_b), ..Force::default() };
         if EXTENDED {
-            sum.force_n += self.uneven_area_m2 * (p_a - m.atmosphere_pa);
+            sum.force_n += self.uneven_area_m2 * (p_a - m.atmosphere_pa) - self.weight_n;
         }
         self.added.force(y, v, &mut sum);
         sum
@@ -213,12 +210,13 @@ impl<R: Real> Plant<R> {
             (self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level), by_y, by_p)
         };
 
-        let opening = self.opening::<EXTENDED>(state, drive);
+        let opening = self.opening_now::<EXTENDED>(state, drive);
         let (fills_a, fills_b) = (opening.fills_a, !opening.fills_a);
         let (valve_a, valve_b) = if EXTENDED {
-            let flow =
-                |filling, p| self.orifices.inflow(filling, opening.magnitude, p, state.p_sup_pa, m.atmosphere_pa);
-            (flow(fills_a, p_a), flow(fills_b, p_b))
+            let flow = |orifices: &Orifices<R>, filling, p| {
+                orifices.inflow(filling, opening.magnitude, p, state.p_sup_pa, m.atmosphere_pa)
+            };
+            (flow(&self.orifices_a, fills_a, p_a), flow(&self.orifices_b, fills_b, p_b))
         } else {
             (drive.connection_a.inflow(fills_a, p_a), drive.connection_b.inflow(fills_b, p_b))
         };
@@ -286,8 +284,9 @@ impl<R: Real> Plant<R> {
                 jacobian.a_b = flow_a.by_other * rate_a.by_mass_flow;
                 jacobian.b_a = flow_b.by_other * rate_b.by_mass_flow;
                 let (gain_a, gain_b) = if opening.magnitude > zero {
-                    let slope = opening.gain_per_v() * m.dead_zone.gain(state.spool_v) / opening.magnitude;
-                    (valve_a.mass_flow * slope, valve_b.mass_flow * slope)
+                    let slope = self.gain_per_v(&opening) * m.dead_zone.gain(state.spool_v) / opening.magnitude;
+                    let gain = |valve: &Flow<R>| valve.mass_flow * slope * valve.opening_exponent;
+                    (gain(&valve_a), gain(&valve_b))
                 } else {
                     (zero, zero)
                 };

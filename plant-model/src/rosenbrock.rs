@@ -382,10 +382,28 @@ mod tests {
             z in -6e-5f64..6e-5,
             u in (-3.0f64..3.0, -3.0f64..3.0),
             h in prop_oneof![Just(1e-5f64), Just(1e-3)],
+            bought in 0..3u8,
             r in proptest::array::uniform9(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
             rig.friction.damping_n_s_per_m = 450.0;
+            if bought > 0 {
+                let v = &mut rig.valve;
+                (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
+                (v.fill_conductance_a_m3_per_s_pa, v.fill_conductance_b_m3_per_s_pa) = (1.0e-8, 1.1e-8);
+                (v.exhaust_conductance_a_m3_per_s_pa, v.exhaust_conductance_b_m3_per_s_pa) = (1.2e-8, 0.9e-8);
+                (v.fill_critical_ratio_a, v.exhaust_critical_ratio_a) = (0.25, 0.35);
+                rig.cylinder.area_b_m2 = 4.0e-4;
+                rig.load.inclination_deg = 40.0;
+                let points = [[-5.0, -1.0], [-0.5, -0.1], [0.1, 0.0], [0.3, 0.0], [1.5, 0.4], [4.0, 1.0]];
+                rig.opening = crate::OpeningTable::new(&points).unwrap();
+                [rig.valve.dead_zone_left_v, rig.valve.dead_zone_right_v] = rig.opening.closed_v();
+            }
+            if bought > 1 {
+                let hoses = &mut rig.hoses;
+                (hoses.a_length_m, hoses.a_diameter_m) = (1.5, 4.0e-3);
+                (hoses.b_length_m, hoses.b_diameter_m) = (0.3, 2.5e-3);
+            }
             let Ok(plant) = Plant::new(&rig, &effects) else { return Ok(()) };
             let inputs = Inputs { u_v: u.0, external_force_n: 3.0, supply_pa: 7e5 };
             let drive = plant.drive(&inputs);

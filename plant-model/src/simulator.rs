@@ -37,8 +37,8 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     /// The first invalid parameter of rig or effects.
     pub fn new(rig: &Rig<R>, effects: &Effects<R>) -> Result<Self, ParameterError> {
         let plant = Plant::new(rig, effects)?;
-        let p = rig.equilibrium_pressure_pa();
-        let state = plant.state_at_rest(R::ZERO, p, p);
+        let [p_a, p_b] = rig.equilibrium_pressures_pa();
+        let state = plant.state_at_rest(R::ZERO, p_a, p_b);
         Ok(Self::from_state(plant, state, Stepper::adaptive(&Tolerance::standard())))
     }
 
@@ -46,7 +46,7 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[must_use]
     pub fn from_state(plant: Plant<R>, state: State<R>, stepper: Stepper<R>) -> Self {
         Self {
-            command_path: CommandPath::new(&plant.added),
+            command_path: CommandPath::new(plant.line_delay_s(), plant.added.valve_hysteresis),
             sensors: Sensors::new(plant.added.position_delay.delay_s),
             plant,
             state,

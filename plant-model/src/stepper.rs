@@ -181,10 +181,15 @@ impl<R: Real> Stepper<R> {
     /// without the code of error control and of the additional states.
     pub fn single_step(plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
         let drive = plant.drive(inputs);
-        let held = plant.held_at_stop::<false>(state, &drive);
-        let (mut next, _) = rodas3::<R, false>(plant, state, &drive, held, dt_s);
-        stop_at_ends(plant, &mut next);
-        *state = next;
+        if plant.is_extended() {
+            plant.settle(state, &drive);
+            let held = plant.held_at_stop::<true>(state, &drive);
+            *state = rodas3::<R, true>(plant, state, &drive, held, dt_s).0;
+        } else {
+            let held = plant.held_at_stop::<false>(state, &drive);
+            *state = rodas3::<R, false>(plant, state, &drive, held, dt_s).0;
+        }
+        stop_at_ends(plant, state);
         plant.settle(state, &drive);
     }
 

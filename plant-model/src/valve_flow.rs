@@ -2,28 +2,29 @@
 
 pub use crate::effects::choked_flow::{Iso6358, psi};
 pub use crate::flow::Flow;
+use crate::hose::Hose;
 use crate::real::Real;
 
-/// How far an orifice pair is open: `|atan(2 w)|`, and which chamber is being filled.
+/// How far an orifice pair is open, and which chamber is being filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opening<R> {
     /// Effective command `w`, V.
     pub w: R,
-    /// `|atan(2 w)|`, rad, 0 to pi/2. The 2 carries 1/V.
+    /// `|atan(2 w)|`, rad, 0 to pi/2, where the 2 carries 1/V; or by a table, of which full opening is pi/2.
     pub magnitude: R,
     /// Whether chamber A is filled and B exhausted (`w >= 0`), or the other way round.
     pub fills_a: bool,
 }
 
 impl<R: Real> Opening<R> {
-    /// The opening at effective command `w` in V.
+    /// The opening at effective command `w` in V, by the arc tangent.
     #[inline]
     #[must_use]
     pub fn at(w: R) -> Self {
         Self { w, magnitude: (w + w).abs().atan(), fills_a: w >= R::ZERO }
     }
 
-    /// Derivative of the magnitude by `w`, 1/V.
+    /// Derivative of the arc tangent's magnitude by `w`, 1/V.
     #[inline]
     #[must_use]
     pub fn gain_per_v(&self) -> R {
@@ -42,6 +43,8 @@ pub struct Orifices<R> {
     pub exhaust: R,
     /// ISO 6358 law, if it replaces the linear one.
     pub iso6358: Option<Iso6358<R>>,
+    /// The hose between them and the chamber, if it is described.
+    pub hose: Option<Hose<R>>,
 }
 
 /// What an open orifice of the linear law connects a chamber to: flow is `conductance (pressure - p)` into the chamber.
@@ -71,9 +74,13 @@ impl<R: Real> Orifices<R> {
     #[must_use]
     pub fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
         if let Some(iso) = &self.iso6358 {
-            return iso.inflow(filling, magnitude, p, supply, atmosphere);
+            return iso.inflow(self.hose.as_ref(), filling, magnitude, p, supply, atmosphere);
         }
-        self.connect(filling, magnitude, supply, atmosphere).inflow(filling, p)
+        let valve = self.connect(filling, magnitude, supply, atmosphere);
+        let Some(hose) = &self.hose else { return valve.inflow(filling, p) };
+        let share = hose.coefficient / (hose.coefficient + valve.conductance);
+        let both = Connection { conductance: valve.conductance * share, ..valve };
+        Flow { opening_exponent: share, ..both.inflow(filling, p) }
     }
 }
 
@@ -85,6 +92,7 @@ impl<R: Real> Connection<R> {
             mass_flow: self.conductance * (self.pressure_pa - p),
             by_chamber: -self.conductance,
             by_supply: if filling { self.conductance } else { R::ZERO },
+            opening_exponent: R::ONE,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Whatever the parameters, as long as they are valid: finite states, positive volumes and pressures, a bounded
 //! bristle, no panic.
 
-use plant_model::{Effect, Effects, RIG_KEYS, Rig, Simulator, Stepper};
+use plant_model::{Effect, Effects, OpeningTable, RIG_KEYS, Rig, Simulator, Stepper, rig_key};
 use proptest::prelude::*;
 
 /// A paper rig with every parameter scaled by up to ten either way within its range, repaired where values depend on each
@@ -19,7 +19,8 @@ fn any_rig() -> impl Strategy<Value = Rig<f64>> {
         scale(&mut rig.valve.slope_right);
         scale(&mut rig.valve.slope_left);
         scale(&mut rig.valve.max_voltage_v);
-        scale(&mut rig.cylinder.area_m2);
+        scale(&mut rig.cylinder.area_a_m2);
+        rig.cylinder.area_b_m2 = rig.cylinder.area_a_m2;
         scale(&mut rig.cylinder.stroke_m);
         scale(&mut rig.cylinder.volume_a0_m3);
         scale(&mut rig.cylinder.volume_b0_m3);
@@ -34,7 +35,7 @@ fn any_rig() -> impl Strategy<Value = Rig<f64>> {
         more.iter_mut().for_each(scale);
         rig.gas.heat_capacity_ratio = 1.0 + 0.067 * more[0];
         rig.supply.pressure_pa = rig.supply.atmosphere_pa * (1.0 + more[1]);
-        for key in RIG_KEYS {
+        for key in RIG_KEYS.iter().filter(|key| !key.limits.optional) {
             let inside = key.get(&rig).clamp(key.limits.low, key.limits.high);
             key.set(&mut rig, inside);
         }
@@ -42,6 +43,38 @@ fn any_rig() -> impl Strategy<Value = Rig<f64>> {
         rig.friction.breakaway_m = 0.099 * more[2] * rig.friction.coulomb_n / rig.friction.stiffness_n_per_m;
         rig
     })
+}
+
+/// The same as they are bought: a rod, an incline, ISO 6358, a table, hoses, each anywhere within its range.
+fn any_bought_rig() -> impl Strategy<Value = Rig<f64>> {
+    let unit = || 0.0f64..1.0;
+    (any_rig(), proptest::array::uniform12(unit()), proptest::option::of(proptest::array::uniform4(unit()))).prop_map(
+        |(mut rig, x, table)| {
+            let within = |name: &str, part: f64| {
+                let limits = rig_key(name).expect(name).limits;
+                if limits.low > 0.0 { limits.low * (limits.high / limits.low).powf(part) } else { limits.high * part }
+            };
+            rig.cylinder.area_b_m2 = rig.cylinder.area_a_m2 * (0.1 + 0.9 * x[0]);
+            rig.load.inclination_deg = 180.0 * x[1] - 90.0;
+            let v = &mut rig.valve;
+            (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
+            v.fill_conductance_a_m3_per_s_pa = within("fill_conductance_a_m3_per_s_pa", x[2]);
+            v.fill_conductance_b_m3_per_s_pa = within("fill_conductance_b_m3_per_s_pa", x[3]);
+            v.exhaust_conductance_a_m3_per_s_pa = within("exhaust_conductance_a_m3_per_s_pa", x[4]);
+            v.exhaust_conductance_b_m3_per_s_pa = within("exhaust_conductance_b_m3_per_s_pa", x[5]);
+            v.fill_critical_ratio_a = within("fill_critical_ratio_a", x[6]);
+            v.exhaust_critical_ratio_b = within("exhaust_critical_ratio_b", x[7]);
+            let h = &mut rig.hoses;
+            (h.a_length_m, h.a_diameter_m) = (within("hose_a.length_m", x[8]), within("hose_a.diameter_m", x[9]));
+            (h.b_length_m, h.b_diameter_m) = (within("hose_b.length_m", x[10]), within("hose_b.diameter_m", x[11]));
+            if let Some([left, right, first, second]) = table {
+                let points = [[-5.0, -1.0], [-left, -0.1 * first], [right, 0.0], [right + 0.1, second], [5.0, 1.0]];
+                rig.opening = OpeningTable::new(&points).expect("a rising table");
+                [rig.valve.dead_zone_left_v, rig.valve.dead_zone_right_v] = rig.opening.closed_v();
+            }
+            rig
+        },
+    )
 }
 
 /// Any subset of the catalogue with values anywhere within their bounds, bounds included.
@@ -79,7 +112,7 @@ proptest! {
 
     #[test]
     fn any_valid_rig_with_any_valid_effects_stays_physical(
-        rig in any_rig(),
+        rig in prop_oneof![any_rig(), any_bought_rig()],
         effects in any_effects(),
         commands in proptest::collection::vec(-5.0f64..5.0, 60),
     ) {

@@ -115,7 +115,7 @@ fn main() {
                         s.motion.v,
                         e.a,
                         s.motion.a,
-                        drawn.cylinder.area_m2 * (state.p_a_pa - state.p_b_pa),
+                        drawn.cylinder.mean_area_m2() * (state.p_a_pa - state.p_b_pa),
                         e.force,
                         e.disturbance,
                         e.bristle * 1e6,

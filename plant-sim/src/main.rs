@@ -17,6 +17,7 @@ struct CommandLine {
 #[derive(Subcommand, Debug)]
 enum Command {
     Run(commands::run::Arguments),
+    Rig(commands::rig::Arguments),
     Simulate(commands::simulate::Arguments),
     Paper(commands::paper::Arguments),
     Sweep(commands::sweep::Arguments),
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
     let result = match CommandLine::parse().command {
         None => commands::run::run(&commands::run::defaults()),
         Some(Command::Run(arguments)) => commands::run::run(&arguments),
+        Some(Command::Rig(arguments)) => commands::rig::run(&arguments),
         Some(Command::Simulate(arguments)) => commands::simulate::run(&arguments),
         Some(Command::Paper(arguments)) => commands::paper::run(&arguments),
         Some(Command::Sweep(arguments)) => commands::sweep::run(&arguments),

@@ -141,7 +141,7 @@ pub fn initial_state(text: &str, rig: &RigFile, simulator: &Simulator<f64>) -> R
             return fail(format!("`{key}` is given twice"), "remove one of them".to_string());
         }
     }
-    let equilibrium = rig.rig.equilibrium_pressure_pa();
+    let [equilibrium_a, equilibrium_b] = rig.rig.equilibrium_pressures_pa();
     let [y, v, p_a, p_b, z] = values;
     let half = rig.rig.cylinder.stroke_m / 2.0;
     let y_m = y.unwrap_or(0.0);
@@ -164,6 +164,6 @@ pub fn initial_state(text: &str, rig: &RigFile, simulator: &Simulator<f64>) -> R
     if z_m.abs() > most_m {
         return fail(format!("z_m = {z_m} is more than the bristles deflect"), format!("stay within ±{most_m:e} m"));
     }
-    let rest = simulator.plant().state_at_rest(y_m, p_a.unwrap_or(equilibrium), p_b.unwrap_or(equilibrium));
+    let rest = simulator.plant().state_at_rest(y_m, p_a.unwrap_or(equilibrium_a), p_b.unwrap_or(equilibrium_b));
     Ok(State { v_m_per_s, z_m, ..rest })
 }

@@ -8,7 +8,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use rig_files::{RIG_KEYS, RigFile, RigKey, closest, rig_key};
+use rig_files::{RigFile, RigKey, all_keys, closest, rig_key};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Something a sweep can vary.
@@ -45,7 +45,7 @@ impl Key {
             let place = effect.info().parameters.iter().position(|other| other.name == parameter.name);
             return Ok(Self::Effect(effect, place.unwrap_or(0)));
         }
-        let known = RIG_KEYS.iter().flat_map(|key| [key.path, key.name]).chain(keys().map(|(_, p)| p.key));
+        let known = all_keys().flat_map(|key| [key.path, key.name]).chain(keys().map(|(_, p)| p.key));
         let near = closest(name, known.chain(["gain_v_per_m", "target_m"]));
         Err(match near {
             Some(near) => format!("`{name}` cannot be varied; did you mean `{near}`?"),
@@ -159,8 +159,10 @@ pub fn random(variations: &[Variation], samples: usize, seed: u64) -> Vec<Job> {
 /// top of the variations. Returns the keys in their order with the jobs; combinations the plant refuses are drawn anew.
 #[must_use]
 pub fn within_tolerance(base: &Base, variations: &[Variation], samples: usize, seed: u64) -> (Vec<Key>, Vec<Job>) {
-    let uncertain: Vec<&'static RigKey> = RIG_KEYS
-        .iter()
+    let uncertain: Vec<&'static RigKey> = base
+        .rig
+        .rig
+        .stated_keys()
         .filter(|key| base.rig.tolerance.of(key.path) > 0.0 && key.get(&base.rig.rig) != 0.0)
         .filter(|key| !variations.iter().any(|v| v.key.name() == key.path))
         .collect();

@@ -239,7 +239,7 @@ fn made(rig: &RigFile, p_bar: f64, law: [f64; 4], wavelength_m: f64, scatter_n: 
         t_s.push(t);
         y_m.push(y + 1e-5 * uniform());
         p_a.push(rig.rig.supply.atmosphere_pa + p_bar * 1e5 + 200.0 * uniform());
-        f.push(friction - rig.rig.cylinder.area_m2 * p_bar * 1e5 + 0.3 * uniform());
+        f.push(friction - rig.rig.cylinder.mean_area_m2() * p_bar * 1e5 + 0.3 * uniform());
     }
     Log { t_s, y_m, p_a_pa: Some(p_a), f_ext_n: Some(f), ..Log::default() }
 }
@@ -273,7 +273,7 @@ fn off_centre(p_bar: f64, area_error: f64, force_n: f64) -> Log {
     let rig = RigFile::paper_a();
     let mut log = made(&rig, p_bar, [9.0, 0.0, 0.0, 0.0], 4e-3, 0.2);
     for f in log.f_ext_n.as_mut().expect("a force") {
-        *f += force_n - area_error * rig.rig.cylinder.area_m2 * p_bar * 1e5;
+        *f += force_n - area_error * rig.rig.cylinder.mean_area_m2() * p_bar * 1e5;
     }
     log
 }
@@ -284,7 +284,7 @@ fn an_area_that_is_off_is_named_with_its_value_and_kept_in_the_table() {
     for (area_error, force_n, found) in [
         (0.03, 0.0, Some(OffCentre::Area)),
         // The offset changes its sign between the recordings, so that its mean is nothing.
-        (-0.03, -0.03 * 3.5e5 * rig.rig.cylinder.area_m2, Some(OffCentre::AreaAndForce)),
+        (-0.03, -0.03 * 3.5e5 * rig.rig.cylinder.mean_area_m2(), Some(OffCentre::AreaAndForce)),
         (0.0, 4.0, Some(OffCentre::ConstantForce)),
         (0.0, 0.0, None),
     ] {

@@ -107,6 +107,26 @@ impl<'d> Entry<'d> {
         Ok(numbers)
     }
 
+    /// An array of pairs of finite numbers.
+    ///
+    /// # Errors
+    /// Any other type.
+    pub fn points(&self) -> Result<Vec<[f64; 2]>, InputError> {
+        let wrong = || self.error("must be pairs of numbers in brackets", "write it like [[-5, -1], [0, 0], [5, 1]]");
+        let array = self.value.as_array().ok_or_else(wrong)?;
+        let point = |value: &toml::Spanned<DeValue<'_>>| match value.get_ref().as_array() {
+            Some(pair) if pair.len() == 2 => {
+                let mut point = [0.0; 2];
+                for (number, value) in point.iter_mut().zip(pair.iter()) {
+                    *number = self.number_in(value.get_ref())?;
+                }
+                Ok(point)
+            }
+            _ => Err(wrong()),
+        };
+        array.iter().map(point).collect()
+    }
+
     /// A string.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ pub use document::{Document, Entry};
 pub use error::{InputError, closest};
 pub use io::{Converter, Io};
 pub use log::{Column, Gap, Log};
-pub use plant_model::{RIG_KEYS, RigKey, rig_key};
+pub use plant_model::{BOTH_SIDES, RIG_KEYS, RigKey, all_keys, rig_key};
 pub use rig_file::RigFile;
 pub use table::{Expected, Table};
 pub use tolerance::Tolerance;

@@ -5,7 +5,7 @@ use crate::error::InputError;
 use crate::io::Io;
 use crate::tolerance::Tolerance;
 use crate::write::{read_text, write_file};
-use plant_model::{Effect, Effects, Plant, RIG_KEYS, Rig, rig_key};
+use plant_model::{BOTH_SIDES, Effect, Effects, OpeningTable, Plant, RIG_KEYS, Rig, RigKey, all_keys, rig_key};
 use std::path::Path;
 
 /// Everything a rig file says.
@@ -74,7 +74,10 @@ impl RigFile {
         };
         let stem = Path::new(file).file_stem().map_or("rig".into(), |stem| stem.to_string_lossy().into_owned());
         let mut parsed = Self::new(stem, Rig::paper_a());
-        let mut lines: Vec<Option<Entry<'_>>> = vec![None; RIG_KEYS.len()];
+        let mut given = Given::default();
+        for key in RIG_KEYS.iter().filter(|key| key.limits.optional) {
+            key.set(&mut parsed.rig, 0.0);
+        }
 
         let top = document.entries();
         for entry in &top {
@@ -82,8 +85,7 @@ impl RigFile {
                 "name" => parsed.name = entry.string()?.to_string(),
                 table if is_table(table) => {
                     for key in entry.table()? {
-                        let at = rig_value(&mut parsed.rig, entry.name, &key)?;
-                        lines[at] = Some(key);
+                        given.take(&mut parsed.rig, entry.name, key)?;
                     }
                 }
                 "effects" => {
@@ -95,18 +97,8 @@ impl RigFile {
             }
         }
 
-        for (key, line) in RIG_KEYS.iter().zip(&lines) {
-            if line.is_none() {
-                let example = key.get(&Rig::<f64>::paper_a());
-                let remedy =
-                    format!("add it under [{}], e.g. `{} = {example:?}` (case (a) of the paper)", key.table, key.name);
-                return Err(InputError::new(file, format!("`{}` is missing", key.path), remedy));
-            }
-        }
-        let line_of = |path: &str| {
-            let at = RIG_KEYS.iter().position(|key| key.path == path)?;
-            lines[at].as_ref().map(|entry| entry.line)
-        };
+        given.fit_together(file)?;
+        let line_of = |path: &str| given.line_of(path);
         parsed.rig.validate().map_err(|error| {
             located(error.key, format!("= {} must {}", error.value, error.must), line_of(error.key))
         })?;
@@ -130,19 +122,164 @@ impl RigFile {
     }
 }
 
+/// What a table of the valve's opening takes the place of.
+pub(crate) const OPENING_REPLACES: [&str; 4] =
+    ["valve.dead_zone_right_v", "valve.dead_zone_left_v", "valve.slope_right", "valve.slope_left"];
+/// Keys of `[valve]` that are no numbers.
+const FLOW_LAW: &str = "flow_law";
+const OPENING: &str = "opening";
+/// Keys of the paper's flow law, and the beginning of those of ISO 6358.
+const OF_THE_PAPER: [&str; 2] = ["valve.fill_coefficient_kg_per_s_pa", "valve.exhaust_coefficient_kg_per_s_pa"];
+const OF_ISO_6358: [&str; 4] =
+    ["valve.fill_conductance", "valve.exhaust_conductance", "valve.fill_critical", "valve.exhaust_critical"];
+
 fn is_table(name: &str) -> bool {
     RIG_KEYS.iter().any(|key| key.table == name)
 }
 
+/// The rig's keys that a file gives, with their lines.
+#[derive(Default)]
+struct Given<'d> {
+    keys: Vec<(&'static RigKey, Entry<'d>)>,
+    flow_law: Option<(bool, Entry<'d>)>,
+    opening: Option<Entry<'d>>,
+}
+
+impl<'d> Given<'d> {
+    /// Stores one key of a table of the rig.
+    fn take(&mut self, rig: &mut Rig<f64>, table: &str, entry: Entry<'d>) -> Result<(), InputError> {
+        match entry.name {
+            FLOW_LAW if table == "valve" => {
+                let iso = match entry.string()? {
+                    "paper" => false,
+                    "iso6358" => true,
+                    other => {
+                        let remedy = "write \"paper\" (linear in the pressure drop) or \"iso6358\"";
+                        return Err(entry.error(format!("= \"{other}\" is not a flow law"), remedy));
+                    }
+                };
+                self.flow_law = Some((iso, entry));
+            }
+            OPENING if table == "valve" => {
+                rig.opening = OpeningTable::new(&mirrored(entry.points()?)).map_err(|must| {
+                    let remedy = "write [[u_v, opening], …] about mid position, from -1 (fills B) to 1 (fills A); a table \
+                                  that begins with [0, 0] counts for both directions";
+                    entry.error(format!("must {must}"), remedy)
+                })?;
+                let ([left, right], valve) = (rig.opening.closed_v(), &mut rig.valve);
+                (valve.dead_zone_left_v, valve.dead_zone_right_v) = (left, right);
+                (valve.slope_left, valve.slope_right) = (1.0, 1.0);
+                self.opening = Some(entry);
+            }
+            _ => {
+                let key = rig_value(rig, table, &entry)?;
+                self.keys.push((key, entry));
+            }
+        }
+        Ok(())
+    }
+
+    fn entry(&self, path: &str) -> Option<&Entry<'d>> {
+        self.keys.iter().find(|(key, _)| key.path == path).map(|(_, entry)| entry)
+    }
+
+    /// The line of a key, or of the one that stands for it and the other side.
+    fn line_of(&self, path: &str) -> Option<u64> {
+        if path == "valve.opening" {
+            return self.opening.as_ref().map(|entry| entry.line);
+        }
+        let both = rig_key(path).and_then(RigKey::both_sides).map(|key| key.path);
+        self.entry(path).or_else(|| self.entry(both?)).map(|entry| entry.line)
+    }
+
+    fn is_given(&self, key: &RigKey) -> bool {
+        self.entry(key.path).is_some()
+    }
+
+    /// Refuses what is stated twice, what belongs to another law, and what is missing.
+    fn fit_together(&self, file: &str) -> Result<(), InputError> {
+        for both in BOTH_SIDES {
+            let Some(entry) = self.entry(both.path) else { continue };
+            if let Some(side) = both.sides.iter().map(|side| side.key()).find(|side| self.is_given(side)) {
+                let remedy = format!("keep `{}` for both sides, or give each its own key", both.name);
+                return Err(entry.error(format!("and `{}` state the same", side.path), remedy));
+            }
+        }
+        let iso = matches!(self.flow_law, Some((true, _)));
+        for (key, entry) in &self.keys {
+            let of_iso = OF_ISO_6358.iter().any(|begin| key.path.starts_with(begin));
+            if of_iso && !iso {
+                return Err(entry.error(
+                    "belongs to the flow law of ISO 6358",
+                    "write `flow_law = \"iso6358\"` under [valve], without the two coefficients, or remove it",
+                ));
+            }
+            if iso && OF_THE_PAPER.contains(&key.path) {
+                return Err(entry.error(
+                    "belongs to the paper's linear flow law",
+                    "remove it beside `flow_law = \"iso6358\"`; the conductances take its place",
+                ));
+            }
+            if self.opening.is_some() && OPENING_REPLACES.contains(&key.path) {
+                return Err(entry.error(
+                    "and `valve.opening` contradict each other",
+                    "remove it: the table says where the valve opens and how far",
+                ));
+            }
+        }
+        for key in RIG_KEYS {
+            let of_iso = OF_ISO_6358.iter().any(|begin| key.path.starts_with(begin));
+            let required = if of_iso {
+                iso
+            } else if OF_THE_PAPER.contains(&key.path) {
+                !iso
+            } else if OPENING_REPLACES.contains(&key.path) {
+                self.opening.is_none()
+            } else {
+                !key.limits.optional
+            };
+            let both = key.both_sides();
+            if !required || self.is_given(key) || both.is_some_and(|both| self.is_given(both)) {
+                continue;
+            }
+            // Unless the other side has a key of its own, that of both is what is missing.
+            let other = |both: &&RigKey| !both.sides.iter().any(|side| self.is_given(side.key()));
+            let missing = both.filter(other).unwrap_or(key);
+            let of = |value: f64, whose: &str| {
+                format!("add it under [{}], e.g. `{} = {value:?}` ({whose})", missing.table, missing.name)
+            };
+            let remedy = match missing.limits.unit {
+                "m3/(s Pa)" => of(2.4e-8, "2.4 l/(s bar)"),
+                _ if of_iso => of(0.3, "typical of spool valves"),
+                _ => of(missing.get(&Rig::<f64>::paper_a()), "case (a) of the paper"),
+            };
+            return Err(InputError::new(file, format!("`{}` is missing", missing.path), remedy));
+        }
+        Ok(())
+    }
+}
+
+/// A table that begins at mid position with no opening, as catalogues draw it, for both directions.
+fn mirrored(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    match points.first() {
+        Some([command, opening]) if *command >= 0.0 && *opening == 0.0 => {
+            let other = points.iter().rev().filter(|[command, _]| *command > 0.0).map(|[u, opening]| [-u, -opening]);
+            other.chain(points.iter().copied()).collect()
+        }
+        _ => points,
+    }
+}
+
 /// Stores one numeric key and says which it was.
-fn rig_value(rig: &mut Rig<f64>, table: &str, entry: &Entry<'_>) -> Result<usize, InputError> {
-    let Some(at) = RIG_KEYS.iter().position(|key| key.table == table && key.name == entry.name) else {
+fn rig_value(rig: &mut Rig<f64>, table: &str, entry: &Entry<'_>) -> Result<&'static RigKey, InputError> {
+    let Some(key) = all_keys().find(|key| key.table == table && key.name == entry.name) else {
         if let Some(key) = rig_key(entry.name) {
             return Err(entry.error("stands in the wrong table", format!("move it under [{}]", key.table)));
         }
-        return Err(entry.unknown(RIG_KEYS.iter().filter(|key| key.table == table).map(|key| key.name)));
+        let more = if table == "valve" { &[FLOW_LAW, OPENING][..] } else { &[] };
+        let known = all_keys().filter(|key| key.table == table).map(|key| key.name);
+        return Err(entry.unknown(known.chain(more.iter().copied())));
     };
-    let key = &RIG_KEYS[at];
     let value = entry.number()?;
     let limits = key.limits;
     if !(limits.low..=limits.high).contains(&value) {
@@ -155,7 +292,7 @@ fn rig_value(rig: &mut Rig<f64>, table: &str, entry: &Entry<'_>) -> Result<usize
         return Err(entry.error(problem, remedy));
     }
     key.set(rig, value);
-    Ok(at)
+    Ok(key)
 }
 
 fn io(table: &Entry<'_>) -> Result<Io, InputError> {
@@ -193,15 +330,16 @@ fn tolerance(table: &Entry<'_>) -> Result<Tolerance, InputError> {
             for inner in entry.table()? {
                 let value = relative(&inner)?;
                 if !tolerance.set(&format!("{}.{}", entry.name, inner.name), value) {
-                    return Err(
-                        inner.unknown(RIG_KEYS.iter().filter(|key| key.table == entry.name).map(|key| key.name))
-                    );
+                    return Err(inner.unknown(all_keys().filter(|key| key.table == entry.name).map(|key| key.name)));
                 }
             }
         } else {
             let value = relative(&entry)?;
             if !tolerance.set(entry.name, value) {
-                return Err(entry.unknown(RIG_KEYS.iter().map(|key| key.name).chain(["default"])));
+                if all_keys().any(|key| key.name == entry.name) {
+                    return Err(entry.error("is the name of several keys", "name its table, too: `hose_a.length_m`"));
+                }
+                return Err(entry.unknown(all_keys().map(|key| key.name).chain(["default"])));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Writing a rig file so that it reads back to the same values, bit for bit.
 
-use crate::rig_file::RigFile;
-use plant_model::RIG_KEYS;
+use crate::rig_file::{OPENING_REPLACES, RigFile};
+use plant_model::rig_key;
 use std::fmt::Write as _;
 
 impl RigFile {
@@ -17,10 +17,17 @@ impl RigFile {
     fn write_toml(&self, text: &mut String) -> std::fmt::Result {
         writeln!(text, "name = {}", toml::Value::from(self.name.as_str()))?;
         let mut table = "";
-        for key in RIG_KEYS {
+        let tabulated = !self.rig.opening.is_empty();
+        for key in self.rig.stated_keys() {
+            if tabulated && OPENING_REPLACES.contains(&key.path) {
+                continue;
+            }
             if key.table != table {
                 table = key.table;
                 writeln!(text, "\n[{table}]")?;
+                if table == "valve" {
+                    self.write_law_and_opening(text)?;
+                }
             }
             writeln!(text, "{} = {}", key.name, number(key.get(&self.rig)))?;
         }
@@ -36,7 +43,9 @@ impl RigFile {
         writeln!(text, "\n[tolerance]")?;
         writeln!(text, "default = {}", number(self.tolerance.default))?;
         for (key, value) in self.tolerance.entries() {
-            writeln!(text, "{} = {}", key.name, number(value))?;
+            // A plain name that several tables have says too little.
+            let name = if rig_key(key.name).is_some() { key.name } else { key.path };
+            writeln!(text, "{name} = {}", number(value))?;
         }
         for (effect, values) in self.effects.iter() {
             writeln!(text, "\n[effects.{}]", effect.id())?;
@@ -45,6 +54,22 @@ impl RigFile {
             }
         }
         Ok(())
+    }
+
+    fn write_law_and_opening(&self, text: &mut String) -> std::fmt::Result {
+        if self.rig.follows_iso6358() {
+            writeln!(text, "flow_law = \"iso6358\"")?;
+        }
+        if self.rig.opening.is_empty() {
+            return Ok(());
+        }
+        let valve = &self.rig.valve;
+        let table = self.rig.opening.moved_to(valve.dead_zone_left_v, valve.dead_zone_right_v);
+        writeln!(text, "opening = [")?;
+        for [command, opening] in table.points() {
+            writeln!(text, "    [{}, {}],", number(*command), number(*opening))?;
+        }
+        writeln!(text, "]")
     }
 }
 

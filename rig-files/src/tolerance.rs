@@ -1,6 +1,6 @@
 //! How well the nominal values are known.
 
-use plant_model::{RIG_KEYS, RigKey};
+use plant_model::{BOTH_SIDES, RIG_KEYS, RigKey, all_keys, rig_key};
 
 /// The `[tolerance]` table: relative standard errors of the nominal values; 0 means exact.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ impl Tolerance {
     /// The same relative standard error for all keys.
     #[must_use]
     pub fn uniform(default: f64) -> Self {
-        Self { default, by_key: vec![None; RIG_KEYS.len()] }
+        Self { default, by_key: vec![None; RIG_KEYS.len() + BOTH_SIDES.len()] }
     }
 
     /// The relative standard error of a key given by full or plain name; unknown names get the default.
@@ -29,23 +29,24 @@ impl Tolerance {
         self.own(name).unwrap_or(self.default)
     }
 
-    /// The key's own entry, if it has one.
+    /// The key's own entry, if it has one; that of both sides counts for either, and the larger of two for both.
     #[must_use]
     pub fn own(&self, name: &str) -> Option<f64> {
-        index(name).and_then(|at| self.by_key[at])
+        let key = rig_key(name)?;
+        let stated = |key: &RigKey| self.by_key[key.index()];
+        stated(key).or_else(|| key.both_sides().and_then(stated)).or_else(|| {
+            let sides = key.sides.iter().map(|side| stated(side.key()));
+            sides.reduce(|one, other| Some(one?.max(other?))).flatten()
+        })
     }
 
     /// Gives a key its own relative standard error; false if there is no such key.
     pub fn set(&mut self, name: &str, relative: f64) -> bool {
-        index(name).map(|at| self.by_key[at] = Some(relative)).is_some()
+        rig_key(name).map(|key| self.by_key[key.index()] = Some(relative)).is_some()
     }
 
     /// The keys that have an entry of their own.
     pub fn entries(&self) -> impl Iterator<Item = (&'static RigKey, f64)> + '_ {
-        RIG_KEYS.iter().zip(&self.by_key).filter_map(|(key, value)| value.map(|value| (key, value)))
+        all_keys().filter_map(|key| self.by_key[key.index()].map(|value| (key, value)))
     }
-}
-
-fn index(name: &str) -> Option<usize> {
-    RIG_KEYS.iter().position(|key| key.path == name || key.name == name)
 }

@@ -1,5 +1,6 @@
 //! The synthetic rig put together: the stated parameters, then the catalogue's effects, then what lies outside it.
 
+use crate::air_way::{Path, Tube, mass_conductance};
 use crate::cause::Cause;
 use crate::effects;
 use crate::foreign::Foreign;
@@ -13,7 +14,9 @@ impl Physics {
     /// The rig with causes in the order of the catalogue; foreign terms last.
     #[must_use]
     pub fn new(rig: &Rig<f64>, causes: &[Cause]) -> Self {
-        let (v, c, f) = (&rig.valve, &rig.cylinder, &rig.friction);
+        let (v, c, f, h) = (&rig.valve, &rig.cylinder, &rig.friction, &rig.hoses);
+        let full_drop = (rig.supply.pressure_pa - rig.supply.atmosphere_pa) / rig.supply.pressure_pa;
+        let tube_m3 = |length: f64, diameter: f64| 0.25 * std::f64::consts::PI * diameter.powi(2) * length;
         let mut physics = Self {
             gas_constant: rig.gas.gas_constant_j_per_kg_k,
             temperature_k: rig.gas.temperature_k,
@@ -29,16 +32,23 @@ impl Physics {
             max_v: v.max_voltage_v,
             lag_s: 0.0,
             play_v: 0.0,
-            line_delay_s: 0.0,
+            line_delay_s: 0.5 * (h.a_length_m + h.b_length_m)
+                / (rig.gas.heat_capacity_ratio * rig.gas.gas_constant_j_per_kg_k * rig.gas.temperature_k).sqrt(),
+            sonic: None,
+            tubes: [[h.a_length_m, h.a_diameter_m], [h.b_length_m, h.b_diameter_m]]
+                .map(|[length, diameter]| Tube::of(length, diameter, rig.gas.temperature_k, full_drop)),
+            opening: rig.opening.points().to_vec(),
+            table_closed_v: closed(rig.opening.points()),
             choked: None,
             droop: 0.0,
             droop_s: 1.0,
-            area_a: c.area_m2,
-            area_b: c.area_m2,
+            area_a: c.area_a_m2,
+            area_b: c.area_b_m2,
             half_stroke: c.stroke_m / 2.0,
-            volume_a: c.volume_a0_m3,
-            volume_b: c.volume_b0_m3,
+            volume_a: c.volume_a0_m3 + tube_m3(h.a_length_m, h.a_diameter_m),
+            volume_b: c.volume_b0_m3 + tube_m3(h.b_length_m, h.b_diameter_m),
             mass: rig.load.mass_kg,
+            gravity: 9.806_65 * rig.load.inclination_deg.to_radians().sin(),
             sigma0: f.stiffness_n_per_m,
             sigma1: f.damping_n_s_per_m,
             sigma2: f.viscous_n_s_per_m,
@@ -51,6 +61,20 @@ impl Physics {
             present: Vec::new(),
             outside: Outside::default(),
         };
+        if v.fill_conductance_a_m3_per_s_pa > 0.0 {
+            let path = |sonic: f64, ratio: f64| [mass_conductance(sonic, rig.gas.temperature_k), ratio];
+            physics.sonic = Some([
+                [
+                    path(v.fill_conductance_a_m3_per_s_pa, v.fill_critical_ratio_a),
+                    path(v.exhaust_conductance_a_m3_per_s_pa, v.exhaust_critical_ratio_a),
+                ],
+                [
+                    path(v.fill_conductance_b_m3_per_s_pa, v.fill_critical_ratio_b),
+                    path(v.exhaust_conductance_b_m3_per_s_pa, v.exhaust_critical_ratio_b),
+                ],
+            ]);
+            (physics.fill, physics.exhaust) = (1.0, 1.0);
+        }
         for effect in Effect::ALL {
             for cause in causes {
                 if let Cause::Catalogue(found, values) = cause
@@ -100,10 +124,92 @@ impl Physics {
         }
     }
 
-    /// The pressure at which filling and exhausting balance in slow motion, Pa.
+    /// The pressures at which filling and exhausting balance in slow motion, mean of both directions, Pa.
+    #[must_use]
+    pub fn rest_pressures_pa(&self) -> [f64; 2] {
+        if self.is_even() {
+            return [self.rest_pressure_pa(); 2];
+        }
+        let (toward_b, toward_a) = (self.slow_motion(true), self.slow_motion(false));
+        [0.5 * (toward_b[0] + toward_a[0]), 0.5 * (toward_b[1] + toward_a[1])]
+    }
+
+    /// Equal areas, level, the linear law: both chambers settle at the same pressure, and a formula gives it.
+    fn is_even(&self) -> bool {
+        self.sonic.is_none() && self.area_a == self.area_b && self.gravity == 0.0
+    }
+
+    /// Both pressures in slow motion one way.
+    fn slow_motion(&self, towards_b: bool) -> [f64; 2] {
+        let weight = self.mass * self.gravity;
+        let other = |p_a: f64| {
+            let force = self.area_a * (p_a - self.atmosphere_pa) - weight;
+            (self.atmosphere_pa + force / self.area_b).clamp(self.atmosphere_pa, self.supply_pa)
+        };
+        // Volume per time that a chamber takes in, as speed of the piston towards B: a moving piston asks the same of both.
+        let speeds = |p_a: f64| {
+            let p_b = other(p_a);
+            let a = self.into_chamber(0, towards_b, 0.01, self.supply_pa, p_a) / (p_a * self.area_a);
+            let b = -self.into_chamber(1, !towards_b, 0.01, self.supply_pa, p_b) / (p_b * self.area_b);
+            a - b
+        };
+        let (mut low, mut high) = (self.atmosphere_pa, self.supply_pa);
+        while high - low > 1e-6 {
+            let middle = 0.5 * (low + high);
+            if speeds(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        [low, other(low)]
+    }
+
+    /// Flow into a chamber (0: A, 1: B) at an opening in rad, kg/s.
+    pub(crate) fn into_chamber(&self, side: usize, filling: bool, opening: f64, supply: f64, p: f64) -> f64 {
+        let factor = if filling { self.fill } else { self.exhaust };
+        let path = match (self.sonic, self.choked) {
+            (Some(sonic), choked) => {
+                let [full, ratio] = sonic[side][usize::from(!filling)];
+                let [ratio, scale] = choked.unwrap_or([ratio, 1.0]);
+                Path::Sonic(full * factor * scale / std::f64::consts::FRAC_PI_2, ratio)
+            }
+            (None, Some([ratio, scale])) => {
+                Path::Sonic(scale * factor * (self.supply_pa - self.atmosphere_pa) / self.supply_pa, ratio)
+            }
+            (None, None) => Path::Linear(factor),
+        };
+        if filling {
+            path.flow(opening, self.tubes[side], supply, p)
+        } else {
+            -path.flow(opening, self.tubes[side], p, self.atmosphere_pa)
+        }
+    }
+
+    /// The mean of [`Physics::rest_pressures_pa`], Pa.
     #[must_use]
     pub fn rest_pressure_pa(&self) -> f64 {
-        (self.fill * self.supply_pa + self.exhaust * self.atmosphere_pa) / (self.fill + self.exhaust)
+        if self.is_even() {
+            (self.fill * self.supply_pa + self.exhaust * self.atmosphere_pa) / (self.fill + self.exhaust)
+        } else {
+            let [a, b] = self.rest_pressures_pa();
+            0.5 * (a + b)
+        }
+    }
+
+    /// Flow into A through the fully open valve at rest pressure, kg/s.
+    pub(crate) fn full_flow(&self) -> f64 {
+        let full = std::f64::consts::FRAC_PI_2;
+        if self.is_even() {
+            self.fill * full * (self.supply_pa - self.rest_pressure_pa())
+        } else {
+            full * self.flow_per_opening()
+        }
+    }
+
+    /// Flow into A, filling at rest pressure, per radian of opening, kg/s.
+    pub(crate) fn flow_per_opening(&self) -> f64 {
+        if self.is_even() {
+            return self.fill * (self.supply_pa - self.rest_pressure_pa());
+        }
+        let full = std::f64::consts::FRAC_PI_2;
+        self.into_chamber(0, true, full, self.supply_pa, self.rest_pressures_pa()[0]) / full
     }
 
     /// The speed the fully open valve can feed, m/s: a scale for experiments, not a bound.
@@ -115,7 +221,30 @@ impl Physics {
     /// Speed per radian of valve opening in slow motion, m/s.
     pub(crate) fn speed_per_opening(&self) -> f64 {
         let p = self.rest_pressure_pa();
-        self.fill * (self.supply_pa - p) * self.gas_constant * self.temperature_k
-            / (p * 0.5 * (self.area_a + self.area_b))
+        self.flow_per_opening() * self.gas_constant * self.temperature_k / (p * 0.5 * (self.area_a + self.area_b))
+    }
+
+    /// Radians of opening per volt beyond the dead zone: of the arc tangent at its steepest, of a table from end to end.
+    pub(crate) fn opening_per_volt(&self) -> f64 {
+        match (self.opening.first(), self.opening.last()) {
+            (Some(first), Some(last)) => {
+                let [left, right] = self.table_closed_v;
+                std::f64::consts::FRAC_PI_2 * (last[1] - first[1]) / ((last[0] - right) + (left - first[0]))
+            }
+            _ => 2.0,
+        }
+    }
+}
+
+/// The commands between which a table is closed, V.
+fn closed(points: &[[f64; 2]]) -> [f64; 2] {
+    let zero = |inside: [f64; 2], outside: [f64; 2]| {
+        inside[0] + (outside[0] - inside[0]) * inside[1] / (inside[1] - outside[1])
+    };
+    let first_open = points.iter().position(|[_, opening]| *opening > 0.0);
+    let last_open = points.iter().rposition(|[_, opening]| *opening < 0.0);
+    match (last_open, first_open) {
+        (Some(left), Some(right)) => [zero(points[left + 1], points[left]), zero(points[right - 1], points[right])],
+        _ => [0.0; 2],
     }
 }

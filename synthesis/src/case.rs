@@ -10,7 +10,7 @@ use crate::recording::record;
 use plant_model::Rig;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
-use rig_files::{Log, RIG_KEYS, RigFile, Tolerance};
+use rig_files::{Log, RigFile, RigKey, Tolerance, rig_key};
 
 /// The keys whose nominal values are wrong on a rig with nominal errors.
 pub const UNCERTAIN_KEYS: [&str; 8] = [
@@ -27,6 +27,17 @@ pub const UNCERTAIN_KEYS: [&str; 8] = [
 /// Errors are redrawn beyond this many standard deviations: the rig file states its tolerance honestly.
 const CUT: f64 = 2.5;
 
+/// An uncertain key; on a valve of ISO 6358, the conductance instead of the coefficient.
+fn key_of(rig: &Rig<f64>, path: &str) -> Option<&'static RigKey> {
+    match path {
+        "valve.fill_coefficient_kg_per_s_pa" if rig.follows_iso6358() => rig_key("valve.fill_conductance_m3_per_s_pa"),
+        "valve.exhaust_coefficient_kg_per_s_pa" if rig.follows_iso6358() => {
+            rig_key("valve.exhaust_conductance_m3_per_s_pa")
+        }
+        _ => rig_key(path),
+    }
+}
+
 /// Draws the true rig from a nominal one whose uncertain values have the relative standard error `relative`. The two
 /// friction forces err together, so that the static one never falls below the other.
 #[must_use]
@@ -42,7 +53,7 @@ pub fn true_rig(nominal: &Rig<f64>, relative: f64, rng: &mut Xoshiro256PlusPlus)
     };
     let mut coulomb = 1.0;
     for path in UNCERTAIN_KEYS {
-        let Some(key) = RIG_KEYS.iter().find(|key| key.path == path) else { continue };
+        let Some(key) = key_of(nominal, path) else { continue };
         let factor = if path == "friction.static_n" { coulomb } else { error() };
         if path == "friction.coulomb_n" {
             coulomb = factor;
@@ -115,9 +126,9 @@ impl Case {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "seed = {}\nexperiment = \"{}\"\n\n[rig_errors]", self.seed, self.experiment.name);
         for path in UNCERTAIN_KEYS {
-            if let Some(key) = RIG_KEYS.iter().find(|key| key.path == path) {
+            if let Some(key) = key_of(&self.truth, path) {
                 let ratio = key.get(&self.truth) / key.get(&self.rig_file.rig);
-                let _ = writeln!(text, "\"{path}\" = {ratio:?}");
+                let _ = writeln!(text, "\"{}\" = {ratio:?}", key.path);
             }
         }
         for cause in &self.causes {

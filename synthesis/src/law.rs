@@ -33,10 +33,9 @@ impl Law {
     #[must_use]
     pub fn for_rig(rig: &Rig<f64>, vigour: f64) -> Self {
         let physics = Physics::new(rig, &[]);
-        // atan(2 w) has slope 2.
-        let speed_per_volt = 2.0 * physics.speed_per_opening();
+        let speed_per_volt = physics.opening_per_volt() * physics.speed_per_opening();
         let damping = rig.friction.viscous_n_s_per_m / rig.load.mass_kg;
-        let area = rig.cylinder.area_m2;
+        let area = rig.cylinder.mean_area_m2();
         let compliance = 1.0 / rig.cylinder.volume_a0_m3 + 1.0 / rig.cylinder.volume_b0_m3;
         let stiffness = rig.gas.heat_capacity_ratio * area * area * physics.rest_pressure_pa() * compliance;
         let lag = (stiffness / rig.load.mass_kg).sqrt() * VELOCITY_FILTER_S;

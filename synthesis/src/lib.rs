@@ -26,6 +26,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod air_way;
 mod assembly;
 pub mod blind;
 mod case;

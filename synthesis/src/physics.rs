@@ -3,6 +3,7 @@
 //! This is a transcription of its own, made from the paper and the effect table alone. It shares names and units with
 //! `plant-model`, and nothing of its equations, so that an error in one of the two shows as a difference.
 
+use crate::air_way::Tube;
 use plant_model::Effect;
 
 /// Parameters of the synthetic rig.
@@ -13,8 +14,18 @@ pub struct Physics {
     pub(crate) exponent: f64,
     pub(crate) supply_pa: f64,
     pub(crate) atmosphere_pa: f64,
+    /// Coefficients of the linear law, kg/(s Pa); factors on the conductances, where the valve follows ISO 6358.
     pub(crate) fill: f64,
     pub(crate) exhaust: f64,
+    /// Conductances in kg/(s Pa) of the fully open paths and critical ratios of ISO 6358: of A, then of B, each filling,
+    /// then exhausting.
+    pub(crate) sonic: Option<[[[f64; 2]; 2]; 2]>,
+    /// Hoses to A and B.
+    pub(crate) tubes: [Option<Tube>; 2],
+    /// Command in V and opening from −1 to 1, instead of the arc tangent; empty for none.
+    pub(crate) opening: Vec<[f64; 2]>,
+    /// Commands of the table between which it is closed, V.
+    pub(crate) table_closed_v: [f64; 2],
     pub(crate) right_v: f64,
     pub(crate) left_v: f64,
     pub(crate) slope_right: f64,
@@ -33,6 +44,8 @@ pub struct Physics {
     pub(crate) volume_a: f64,
     pub(crate) volume_b: f64,
     pub(crate) mass: f64,
+    /// Gravity against positive motion, m/s2.
+    pub(crate) gravity: f64,
     pub(crate) sigma0: f64,
     pub(crate) sigma1: f64,
     pub(crate) sigma2: f64,

@@ -51,8 +51,8 @@ fn record_once(
     let mut timing = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x7469_6d69_6e67);
     let mut losses = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x6c6f_7373_6573);
 
-    let rest = physics.rest_pressure_pa();
-    let mut specimen = Specimen::new(physics.clone(), experiment.start_m, rest, rest);
+    let [rest_a, rest_b] = physics.rest_pressures_pa();
+    let mut specimen = Specimen::new(physics.clone(), experiment.start_m, rest_a, rest_b);
     let mut controller = Controller::new(*law);
     let mut player = experiment.play();
     let pressure = Channel::new(chain.pressure_noise_pa, chain.pressure);

@@ -162,6 +162,7 @@ impl Specimen {
             0.0
         };
         match ph.outside.opening {
+            None if !ph.opening.is_empty() => self.table_opening(w),
             None => (2.0 * w).atan(),
             Some([exponent, full]) => {
                 std::f64::consts::FRAC_PI_2 * (w.abs() / full).min(1.0).powf(exponent).copysign(w)
@@ -169,23 +170,21 @@ impl Specimen {
         }
     }
 
-    /// Flow through an orifice of the valve from `up` to `down`, kg/s per radian of opening.
-    fn orifice(&self, beta: f64, up: f64, down: f64) -> f64 {
-        let ph = &self.physics;
-        let Some([critical, scale]) = ph.choked else {
-            return beta * (up - down);
-        };
-        if down > up {
-            return -self.orifice(beta, down, up);
+    /// The table read at its own end of flow plus `w`, in rad.
+    fn table_opening(&self, w: f64) -> f64 {
+        let [left, right] = self.physics.table_closed_v;
+        let points = &self.physics.opening;
+        if w == 0.0 {
+            return 0.0;
         }
-        let sonic = scale * beta * (ph.supply_pa - ph.atmosphere_pa) / ph.supply_pa;
-        let psi = |r: f64| {
-            if r <= critical { 1.0 } else { (1.0 - ((r - critical) / (1.0 - critical)).powi(2)).max(0.0).sqrt() }
+        let u = if w > 0.0 { right + w } else { left + w };
+        let next = points.partition_point(|[command, _]| *command <= u);
+        let opening = match (next.checked_sub(1).and_then(|before| points.get(before)), points.get(next)) {
+            (Some([u0, f0]), Some([u1, f1])) => f0 + (u - u0) * (f1 - f0) / (u1 - u0),
+            (Some([_, end]), None) | (None, Some([_, end])) => *end,
+            (None, None) => 0.0,
         };
-        let r = down / up;
-        // The last thousandth is laminar: a straight line to zero instead of an infinite slope.
-        let psi = if r > 0.999 { psi(0.999) * (1.0 - r) / 0.001 } else { psi(r) };
-        sonic * up * psi
+        std::f64::consts::FRAC_PI_2 * opening
     }
 
     /// What a cushion leaves of the exhaust of a chamber whose end is `distance` away.
@@ -202,12 +201,12 @@ impl Specimen {
         let amount = opening.abs();
         let (into_a, into_b, drawn);
         if opening >= 0.0 {
-            into_a = amount * self.orifice(ph.fill, supply, p_a);
-            into_b = -amount * self.orifice(ph.exhaust, p_b, ph.atmosphere_pa) * self.cushion(ph.half_stroke - self.y);
+            into_a = ph.into_chamber(0, true, amount, supply, p_a);
+            into_b = ph.into_chamber(1, false, amount, supply, p_b) * self.cushion(ph.half_stroke - self.y);
             drawn = into_a;
         } else {
-            into_a = -amount * self.orifice(ph.exhaust, p_a, ph.atmosphere_pa) * self.cushion(ph.half_stroke + self.y);
-            into_b = amount * self.orifice(ph.fill, supply, p_b);
+            into_a = ph.into_chamber(0, false, amount, supply, p_a) * self.cushion(ph.half_stroke + self.y);
+            into_b = ph.into_chamber(1, true, amount, supply, p_b);
             drawn = into_b;
         }
         let mut into = [into_a, into_b];
@@ -278,6 +277,7 @@ impl Specimen {
         let ph = &self.physics;
         // What one side has more of area also feels the atmosphere from outside.
         let mut push = ph.area_b * (self.p_a - self.p_b) + (ph.area_a - ph.area_b) * (self.p_a - ph.atmosphere_pa);
+        push -= ph.mass * ph.gravity;
         effects::push(&ph.present, self.y, self.v, &mut push);
         let outward = self.y.signum();
         if self.y.abs() >= limit && self.v == 0.0 && (push - self.physics.sigma0 * self.z) * outward >= 0.0 {
@@ -319,7 +319,7 @@ impl Specimen {
             second.stiffness * pressed + second.damping * (self.v - self.load_v)
         };
         let before = self.load_v;
-        self.load_v += h * force / second.mass;
+        self.load_v += h * (force / second.mass - self.physics.gravity);
         self.load_y += 0.5 * h * (before + self.load_v);
         -force
     }

@@ -15,7 +15,7 @@ pub fn varied_rig(rng: &mut Xoshiro256PlusPlus) -> RigFile {
     let bore = log_between(rng, 0.02, 0.08);
     let area = 0.25 * std::f64::consts::PI * bore * bore;
     let stroke = log_between(rng, 0.1, 1.0);
-    rig.cylinder.area_m2 = area;
+    rig.cylinder.set_area_m2(area);
     rig.cylinder.stroke_m = stroke;
     // Ends and hoses take 3 to 25 % of half the swept volume.
     rig.cylinder.volume_a0_m3 = 0.5 * area * stroke * rng.random_range(1.03..1.25);

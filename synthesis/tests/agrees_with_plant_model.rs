@@ -28,8 +28,8 @@ fn differences(rig_file: &RigFile, causes: Vec<Cause>, family: Family, seed: u64
     let (log, ideal) = case.record();
     let effects = Cause::effects(&case.causes);
     let mut simulator = Simulator::<f64>::new(&case.truth, &effects).expect("a valid rig");
-    let p = synthesis::Physics::new(&case.truth, &case.causes).rest_pressure_pa();
-    let start = simulator.plant().state_at_rest(case.experiment.start_m, p, p);
+    let [p_a, p_b] = synthesis::Physics::new(&case.truth, &case.causes).rest_pressures_pa();
+    let start = simulator.plant().state_at_rest(case.experiment.start_m, p_a, p_b);
     simulator.set_state(start);
     let (mut sum_y, mut sum_p) = (0.0_f64, 0.0_f64);
     let u = log.u_v.as_ref().expect("the command is recorded");

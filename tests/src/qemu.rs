@@ -149,7 +149,7 @@ impl QemuTarget {
         let setup = SetupMessage {
             parameters,
             monitor: scenario.monitor.enabled.then_some(scenario.monitor.parameters),
-            rig: file.rig.convert().numbers(),
+            rig: file.rig.convert().numbers().into_iter().collect(),
             effects: effect_numbers(&file.effects.convert()),
             output_delay_ticks: scenario.output_delay_ticks,
             armed: scenario.start == Start::Armed,

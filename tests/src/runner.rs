@@ -93,8 +93,8 @@ pub fn run_observed(
     rig.rig.cylinder.volume_a0_m3 *= 1.0 + 0.5 * scenario.rig_error;
     rig.rig.cylinder.volume_b0_m3 *= 1.0 + 0.5 * scenario.rig_error;
     let plant = plant_model::Plant::new(&rig.rig, &rig.effects).map_err(|error| fail(&error))?;
-    let p = rig.rig.equilibrium_pressure_pa();
-    let begin = plant.state_at_rest(scenario.initial_position_m, p, p);
+    let [p_a, p_b] = rig.rig.equilibrium_pressures_pa();
+    let begin = plant.state_at_rest(scenario.initial_position_m, p_a, p_b);
     let mut simulator = Simulator::<f64>::from_state(plant, begin, Stepper::adaptive(&Tolerance::standard()));
     let mut sensors = FaultySensors::new(&rig.io, &scenario.noise, scenario.seed, &scenario.fault);
     let mut references = References::new(&scenario.reference, rig.io.tick_hz, scenario.initial_position_m)?;

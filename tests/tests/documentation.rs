@@ -4,7 +4,7 @@
 
 use board_link::Parameter;
 use control::{Key, Value};
-use plant_model::{RIG_KEYS, Rig};
+use plant_model::{Rig, all_keys};
 use std::path::Path;
 
 const BEGIN: &str = "<!-- This table is generated. UPDATE_DOCS=1 cargo test -p scenarios --test documentation -->\n";
@@ -49,7 +49,7 @@ fn of_the_board() -> String {
 
 fn of_the_rig() -> String {
     let paper = Rig::<f64>::paper_a();
-    let rows = RIG_KEYS.iter().map(|key| {
+    let rows = all_keys().map(|key| {
         let value = Value::Number(key.get(&paper) as f32).to_string();
         [format!("`{}`", key.path), or_dash(key.limits.unit), value, range(key.limits), key.meaning().into()]
     });

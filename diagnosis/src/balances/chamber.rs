@@ -131,7 +131,7 @@ pub(crate) fn innovations(
             p *= drive.compression.first_half[stroke];
             let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
-            let flow = plant.orifices().inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
+            let flow = plant.orifices(side).inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
             let mut flow = ChamberFlow { mass_flow: flow.mass_flow, by_chamber: flow.by_chamber, by_other: 0.0 };
             let p_beyond = other.value.get(k).map(|value| plant.true_pressure_pa(beyond, *value, other.slope[k]));
             plant.add_flows(side, p, p_beyond, &mut flow);

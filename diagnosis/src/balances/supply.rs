@@ -34,7 +34,7 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
             let chamber = smooth.value.get(k).map(|value| plant.true_pressure_pa(filled, *value, smooth.slope[k]));
             let drawn = match chamber {
                 Some(chamber) => {
-                    plant.orifices().inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
+                    plant.orifices(filled).inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
                 }
                 None => 0.0,
             };

@@ -7,8 +7,8 @@ use super::added::Added;
 use super::valve;
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
-use plant_model::Plant;
 use plant_model::valve_flow::Flow;
+use plant_model::{Plant, Side};
 
 /// A term with its signal at a factor of one, by sample; empty where it does not act.
 pub(crate) struct Term {
@@ -64,7 +64,8 @@ impl Air<'_> {
         let p = self.pressure_pa(is_a, k);
         let fills = (self.openings[k] >= 0.0) == is_a;
         let supply = self.record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
-        let flow = self.plant.orifices().inflow(fills, self.openings[k].abs(), p, supply, c.atmosphere_pa);
+        let side = if is_a { Side::A } else { Side::B };
+        let flow = self.plant.orifices(side).inflow(fills, self.openings[k].abs(), p, supply, c.atmosphere_pa);
         (flow, if fills { supply - p } else { p - c.atmosphere_pa })
     }
 }

@@ -1,14 +1,14 @@
 //! From the logged command to the valve's opening: delay, play, spool lag, dead zone, `atan(2 w)`.
 
 use crate::data::record::Record;
-use plant_model::Plant;
 use plant_model::dead_zone::DeadZone;
-use plant_model::valve_flow::Opening;
+use plant_model::{OpeningCurve, Plant};
 
 /// The parameters that the openings depend on.
 #[derive(PartialEq)]
 pub(crate) struct Path {
     dead_zone: DeadZone<f64>,
+    curve: Option<OpeningCurve<f64>>,
     max_voltage_v: f64,
     line_delay_s: f64,
     play_half_width_v: f64,
@@ -20,6 +20,7 @@ impl Path {
         let c = plant.coefficients();
         Self {
             dead_zone: c.dead_zone,
+            curve: plant.opening_curve().copied(),
             max_voltage_v: c.max_voltage_v,
             line_delay_s: plant.line_delay_s(),
             play_half_width_v: plant.added().valve_hysteresis.half_width_v,
@@ -35,7 +36,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     let mut out = Vec::with_capacity(u.len());
     let Some(&first) = u.first() else { return out };
     let signed = |spool_v: f64| {
-        let opening = Opening::at(c.dead_zone.output_v(spool_v));
+        let opening = plant.opening(spool_v);
         if opening.fills_a { opening.magnitude } else { -opening.magnitude }
     };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);

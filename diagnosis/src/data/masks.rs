@@ -80,7 +80,9 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
     }
     [-1.0, 1.0].map(|side| {
         let leans = |k: &usize| {
-            let force = (record.p_a_smooth.value[*k] - record.p_b_smooth.value[*k]) * rig.cylinder.area_m2;
+            let (p_a, p_b) = (record.p_a_smooth.value[*k], record.p_b_smooth.value[*k]);
+            let force = (p_a - p_b) * rig.cylinder.area_b_m2
+                + (rig.cylinder.area_a_m2 - rig.cylinder.area_b_m2) * (p_a - rig.supply.atmosphere_pa);
             (side * record.y_m[*k] / half - 1.0).abs() < constants::near_end()
                 && side * force > enough_n
                 && record.motion.slope[*k].abs() < at_rest
@@ -98,7 +100,6 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
 pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let rig = &file.rig;
     let c = &rig.cylinder;
-    let smallest = MINIMUM_VOLUME_RATIO * c.area_m2 * c.stroke_m;
     // Variance of a local parabola's value at its centre. The remaining error is correlated over neighbouring samples.
     let left = 2.25 / (2 * constants::volume_reach() + 1) as f64 * constants::samples_alike();
     let position = record.quality.position.standard_deviation * left.sqrt();
@@ -106,17 +107,18 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let [lower, upper] = record.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
     let tolerance = |key: &str| file.tolerance.own(key).unwrap_or(file.tolerance.default);
     let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64, key: &str| -> Vec<f64> {
+        let smallest = MINIMUM_VOLUME_RATIO * area.abs() * c.stroke_m;
         let unknown = constants::unknown_volume() * tolerance(key) * volume_0;
         let volume = |y: f64| (volume_0 + area * y * if y < 0.0 { lower } else { upper }).max(smallest);
-        let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * c.area_m2 / volume(y) * position;
+        let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * area.abs() / volume(y) * position;
         let pairs = record.y_smooth.value.iter().zip(pressures);
         let weight = |y: f64, p: f64| 1.0 / noise.max(constants::numerical_error_pa()).hypot(by_volume(y, p));
         pairs.map(|(y, p)| if volume(*y) < unknown { 0.0 } else { weight(*y, *p) }).collect()
     };
     let quality = &record.quality;
     let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
-    let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_m2, "cylinder.volume_a0_m3");
-    let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_m2, "cylinder.volume_b0_m3");
+    let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_a_m2, "cylinder.volume_a0_m3");
+    let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_b_m2, "cylinder.volume_b0_m3");
     // Where the position is clipped, the volumes of the chambers are unknown.
     for railed in railed(&record.y_m, quality.position, &Railed::position()) {
         for weight in [&mut weight_a, &mut weight_b] {

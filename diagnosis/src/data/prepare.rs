@@ -120,7 +120,7 @@ fn smooth(record: &mut Record) {
 fn bandwidth_rad_per_s(quality: &Quality, rig: &RigFile) -> f64 {
     let mass_kg = Plant::new(&rig.rig, &rig.effects).map_or(rig.rig.load.mass_kg, |plant| plant.coefficients().mass_kg);
     let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);
-    let acceleration = rig.rig.cylinder.area_m2 * pressure / mass_kg;
+    let acceleration = rig.rig.cylinder.mean_area_m2() * pressure / mass_kg;
     let position = quality.position.standard_deviation.max(1.0e-6);
     (acceleration / position).sqrt().clamp(15.0, 80.0)
 }

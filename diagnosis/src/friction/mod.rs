@@ -98,7 +98,7 @@ pub fn friction_map(rig: &RigFile, logs: &[&Log]) -> Result<FrictionMap, Frictio
             run.summary.ripple_n = a.hypot(b);
         }
     }
-    let models = Models::new(&runs, rig.rig.cylinder.area_m2, line.as_ref());
+    let models = Models::new(&runs, rig.rig.cylinder.mean_area_m2(), line.as_ref());
     Ok(FrictionMap {
         friction_n: models.friction_n,
         pressure_n_per_pa: models.pressure_n_per_pa,

@@ -73,10 +73,16 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
         return Err(missing("p_a_pa"));
     }
     let atmosphere = rig.rig.supply.atmosphere_pa;
-    let pressure = |column: &Option<Vec<f64>>, k: usize| column.as_ref().map_or(atmosphere, |p| p[k]);
+    let gauge = |column: &Option<Vec<f64>>, k: usize| column.as_ref().map_or(0.0, |p| p[k] - atmosphere);
+    let cylinder = &rig.rig.cylinder;
+    // Position, pressure difference and what the seals and guides must bear, by time.
     let rows: Vec<(f64, f64, f64, f64)> = (0..log.len())
-        .map(|k| (log.t_s[k], log.y_m[k], pressure(&log.p_a_pa, k) - pressure(&log.p_b_pa, k), force[k]))
-        .filter(|(_, y, p, f)| y.is_finite() && p.is_finite() && f.is_finite())
+        .map(|k| {
+            let (a, b) = (gauge(&log.p_a_pa, k), gauge(&log.p_b_pa, k));
+            // The atmosphere acts on the rod: gauge pressures on their areas.
+            (log.t_s[k], log.y_m[k], a - b, cylinder.area_a_m2 * a - cylinder.area_b_m2 * b + force[k])
+        })
+        .filter(|(_, y, p, r)| y.is_finite() && p.is_finite() && r.is_finite())
         .collect();
     let t: Vec<f64> = rows.iter().map(|row| row.0).collect();
     let y: Vec<f64> = rows.iter().map(|row| row.1).collect();
@@ -109,8 +115,15 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
         if (row.1 - turned_at).abs() < REVERSAL * range_m {
             continue;
         }
-        let r = rig.rig.cylinder.area_m2 * row.2 + row.3;
-        samples.push(Sample { y: row.1, r, p: row.2, speed: v.abs(), direction, flat: 0.0, late: 2 * k > rows.len() });
+        samples.push(Sample {
+            y: row.1,
+            r: row.3,
+            p: row.2,
+            speed: v.abs(),
+            direction,
+            flat: 0.0,
+            late: 2 * k > rows.len(),
+        });
     }
     strokes.push((begun, samples.len()));
     for (from, to) in strokes {

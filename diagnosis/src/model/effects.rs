@@ -22,8 +22,8 @@ pub(crate) fn moves_nominal_values(effect: Effect) -> bool {
 /// Relative standard error that the value of an effect takes over from the nominal value it multiplies: only their
 /// product shows.
 pub(crate) fn inherited(effect: Effect, nominal: &[Parameter]) -> f64 {
-    let key = effect.identification().stands_for.inherits_tolerance_of();
-    let multiplied = |p: &&Parameter| matches!(p.slot, Slot::Nominal(other) if Some(other.path) == key);
+    let keys = effect.identification().stands_for.inherits_tolerance_of();
+    let multiplied = |p: &&Parameter| matches!(p.slot, Slot::Nominal(other) if keys.contains(&other.path));
     nominal.iter().find(multiplied).and_then(|p| Some(p.tolerance? / p.neutral.abs())).unwrap_or(0.0)
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn effect_parameters(
         *to = *from;
     }
     let noise = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation);
-    let log = LogQuality { interval_s: quality.interval_s, force_noise_n: rig.rig.cylinder.area_m2 * noise };
+    let log = LogQuality { interval_s: quality.interval_s, force_noise_n: rig.rig.cylinder.mean_area_m2() * noise };
     let scales = effect.scales(&rig.rig, &neutral);
     let negligible = effect.negligible(&rig.rig, &neutral, &scales, &log);
     let all = effect.info().parameters.iter().enumerate();

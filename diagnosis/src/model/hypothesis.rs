@@ -85,7 +85,7 @@ impl Hypothesis {
             if replaced {
                 start[0] = stands_for.take_over(start[0], *value, parameter.neutral);
             }
-            if !replaced || stands_for.keys().len() > 1 {
+            if !replaced || !stands_for.is_single() {
                 let strained = anew
                     && parameter
                         .tolerance
@@ -168,7 +168,7 @@ impl Hypothesis {
                 continue;
             }
             let given_back = stands_for.give_back(removed, parameter.neutral);
-            if stands_for.keys().len() == 1 {
+            if stands_for.is_single() {
                 out.parameters.insert(0, *parameter);
                 out.values.insert(0, given_back.clamp(parameter.min, parameter.max));
                 continue;

@@ -3,7 +3,7 @@
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use rig_files::{RIG_KEYS, RigFile};
+use rig_files::{RigFile, all_keys};
 
 const A: Channels = Channel::PressureA.bit();
 const B: Channels = Channel::PressureB.bit();
@@ -14,9 +14,13 @@ const S: Channels = Channel::Supply.bit();
 ///
 /// Constants of nature and geometry (gas, atmosphere, area, stroke) count as exact unless the rig file gives them a
 /// tolerance of their own: they are known far better than the default, and each is degenerate with others here.
-const CORRECTED: [(&str, Channels); 8] = [
+///
+/// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
+const CORRECTED: [(&str, Channels); 10] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
+    ("valve.fill_conductance_m3_per_s_pa", A | B),
+    ("valve.exhaust_conductance_m3_per_s_pa", A | B),
     ("cylinder.volume_a0_m3", A),
     ("cylinder.volume_b0_m3", B),
     ("load.mass_kg", Y),
@@ -35,7 +39,7 @@ const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
 /// The nominal values to correct on this rig.
 pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
     let mut out = Vec::new();
-    for key in RIG_KEYS {
+    for key in all_keys() {
         let default = CORRECTED.iter().find(|(path, _)| *path == key.path);
         let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {

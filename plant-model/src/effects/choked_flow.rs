@@ -1,8 +1,9 @@
 use super::definition::{Definition, Info, MAX_PARAMETERS, Negligible, ParameterInfo, typical_scale};
 use super::identification::{Against, Balance, Balances, Identification, Only, Picture, StartContext};
 use super::terms::Term;
-use crate::coefficients::Coefficients;
+use crate::coefficients::{Coefficients, ValvePaths};
 use crate::flow::Flow;
+use crate::hose::Hose;
 use crate::real::Real;
 use crate::rig::Rig;
 use core::fmt;
@@ -22,21 +23,32 @@ impl<R: Real> Term<R> for Terms<R> {
 }
 
 impl<R: Real> Terms<R> {
-    /// The law on a valve of the conductances given, if it replaces the linear one.
-    pub(crate) fn on(&self, fill: R, exhaust: R, supply_pa: R, atmosphere_pa: R) -> Option<Iso6358<R>> {
-        self.law.map(|(critical_ratio, scale)| {
+    /// The law of a valve's paths, unless it is the linear one. On a valve that follows ISO 6358 by itself, the effect
+    /// changes its numbers.
+    pub(crate) fn on(&self, valve: &ValvePaths<R>, supply_pa: R, atmosphere_pa: R) -> Option<Iso6358<R>> {
+        let scaled = |scale: R, fill_ratio: R, exhaust_ratio: R| Iso6358 {
+            fill_ratio,
+            exhaust_ratio,
+            fill: valve.fill * scale,
+            exhaust: valve.exhaust * scale,
+        };
+        match (self.law, valve.critical_ratios) {
+            (None, None) => None,
+            (None, Some([fill, exhaust])) => Some(scaled(R::ONE, fill, exhaust)),
+            (Some((ratio, scale)), Some(_)) => Some(scaled(scale, ratio, ratio)),
             // With scale 1 the two laws agree at full pressure drop from supply to atmosphere.
-            let full = scale * (supply_pa - atmosphere_pa) / supply_pa;
-            Iso6358 { critical_ratio, fill: fill * full, exhaust: exhaust * full }
-        })
+            (Some((ratio, scale)), None) => Some(scaled(scale * (supply_pa - atmosphere_pa) / supply_pa, ratio, ratio)),
+        }
     }
 }
 
 /// Parameters of the ISO 6358 law `q = C p_up psi(p_down / p_up)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iso6358<R> {
-    /// Critical pressure ratio `b`, 0 to below 1.
-    pub critical_ratio: R,
+    /// Critical pressure ratio `b` of filling, 0 to below 1.
+    pub fill_ratio: R,
+    /// Critical pressure ratio `b` of exhausting, 0 to below 1.
+    pub exhaust_ratio: R,
     /// `C` of filling, kg/(s Pa) per rad of opening.
     pub fill: R,
     /// `C` of exhausting, kg/(s Pa) per rad of opening.
@@ -69,6 +81,18 @@ pub fn psi<R: Real>(ratio: R, critical: R) -> (R, R) {
     (root, -s / (span * root))
 }
 
+/// `d ln psi / d b` at a ratio of pressures.
+fn log_psi_by_critical<R: Real>(ratio: R, critical: R) -> R {
+    if ratio <= critical {
+        return R::ZERO;
+    }
+    // The laminar line scales with the curve's value where the two meet.
+    let ratio = ratio.at_most(R::of(LAMINAR_RATIO));
+    let span = R::ONE - critical;
+    let s = (ratio - critical) / span;
+    s * (R::ONE - ratio) / (span * span * (R::ONE - s * s))
+}
+
 /// Flow through one orifice from `up` to `down` by ISO 6358, positive that way, with derivatives by both.
 #[inline]
 fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
@@ -82,13 +106,30 @@ fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
 }
 
 impl<R: Real> Iso6358<R> {
-    pub(crate) fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+    pub(crate) fn inflow(
+        &self,
+        hose: Option<&Hose<R>>,
+        filling: bool,
+        magnitude: R,
+        p: R,
+        supply: R,
+        atmosphere: R,
+    ) -> Flow<R> {
+        let (full, ratio) = if filling { (self.fill, self.fill_ratio) } else { (self.exhaust, self.exhaust_ratio) };
+        let (mut conductance, mut critical, mut opening_exponent) = (full * magnitude, ratio, R::ONE);
+        if let Some(hose) = hose {
+            let series = hose.behind(conductance, critical);
+            (conductance, critical) = (series.conductance, series.critical_ratio);
+            let (up, down) = if filling { (supply, p) } else { (p, atmosphere) };
+            let ratio = if down > up { up / down } else { down / up };
+            opening_exponent = series.exponent + log_psi_by_critical(ratio, critical) * series.ratio_by_log;
+        }
         if filling {
-            let (mass_flow, by_supply, by_chamber) = iso_flow(self.fill * magnitude, self.critical_ratio, supply, p);
-            Flow { mass_flow, by_chamber, by_supply }
+            let (mass_flow, by_supply, by_chamber) = iso_flow(conductance, critical, supply, p);
+            Flow { mass_flow, by_chamber, by_supply, opening_exponent }
         } else {
-            let (out, by_chamber, _) = iso_flow(self.exhaust * magnitude, self.critical_ratio, p, atmosphere);
-            Flow { mass_flow: -out, by_chamber: -by_chamber, by_supply: R::ZERO }
+            let (out, by_chamber, _) = iso_flow(conductance, critical, p, atmosphere);
+            Flow { mass_flow: -out, by_chamber: -by_chamber, by_supply: R::ZERO, opening_exponent }
         }
     }
 }

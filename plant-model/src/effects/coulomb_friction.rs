@@ -46,7 +46,7 @@ impl Definition for CoulombFriction {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::FactorOn("friction.coulomb_n"),
+        stands_for: StandsFor::FactorOn(&["friction.coulomb_n"]),
         carries_along: &["friction.static_n"],
         starts_fitted: 2,
         confused_with: &[Confusion {

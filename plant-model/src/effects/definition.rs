@@ -151,7 +151,7 @@ pub(crate) fn one(scale: f64) -> [f64; MAX_PARAMETERS] {
 
 /// The scale of a leak, which grows with the valve.
 pub(crate) fn leak_scales(rig: &Rig<f64>) -> [f64; MAX_PARAMETERS] {
-    one(VISIBLE_LEAK * rig.valve.fill_coefficient_kg_per_s_pa)
+    one(VISIBLE_LEAK * rig.linear_coefficients_kg_per_s_pa()[0])
 }
 
 /// Within a sampling interval, delays and lags are a matter of how the logger takes its samples.

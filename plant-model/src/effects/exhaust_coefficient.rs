@@ -28,7 +28,7 @@ impl Definition for ExhaustCoefficient {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::FactorOn("valve.exhaust_coefficient_kg_per_s_pa"),
+        stands_for: StandsFor::FactorOn(&["valve.exhaust_coefficient_kg_per_s_pa", "valve.exhaust_conductance_m3_per_s_pa"]),
         length_exponents: [-1, 0, 0],
         ..Identification::on(
             Balances::MASS,
@@ -49,7 +49,8 @@ impl Definition for ExhaustCoefficient {
     }
 
     fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.exhaust = model.exhaust * values[0];
+        model.valve_a.exhaust = model.valve_a.exhaust * values[0];
+        model.valve_b.exhaust = model.valve_b.exhaust * values[0];
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {

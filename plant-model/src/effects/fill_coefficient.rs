@@ -38,7 +38,7 @@ impl Definition for FillCoefficient {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::FactorOn("valve.fill_coefficient_kg_per_s_pa"),
+        stands_for: StandsFor::FactorOn(&["valve.fill_coefficient_kg_per_s_pa", "valve.fill_conductance_m3_per_s_pa"]),
         length_exponents: [-1, 0, 0],
         confused_with: &[
             Confusion {
@@ -75,7 +75,8 @@ impl Definition for FillCoefficient {
     }
 
     fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
-        model.fill = model.fill * values[0];
+        model.valve_a.fill = model.valve_a.fill * values[0];
+        model.valve_b.fill = model.valve_b.fill * values[0];
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {

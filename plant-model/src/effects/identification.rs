@@ -67,8 +67,8 @@ pub enum Needs {
 pub enum StandsFor {
     /// None.
     Nothing,
-    /// Its first parameter is a factor on a value: only the product shows.
-    FactorOn(&'static str),
+    /// Its first parameter is a factor on whichever of these values the rig has: only the product shows.
+    FactorOn(&'static [&'static str]),
     /// Its first parameter is that value.
     ValueOf(&'static str),
     /// Its first parameter, not negative, is added to each of these values.
@@ -81,9 +81,15 @@ impl StandsFor {
     pub const fn keys(&self) -> &[&'static str] {
         match self {
             Self::Nothing => &[],
-            Self::FactorOn(key) | Self::ValueOf(key) => core::slice::from_ref(key),
-            Self::AddedTo(keys) => keys,
+            Self::ValueOf(key) => core::slice::from_ref(key),
+            Self::FactorOn(keys) | Self::AddedTo(keys) => keys,
         }
+    }
+
+    /// Whether it stands in for a single value of a rig, and not for several at once.
+    #[must_use]
+    pub const fn is_single(&self) -> bool {
+        !matches!(self, Self::AddedTo(_))
     }
 
     /// The parameter once it has taken over the correction of one of the keys from `nominal` to `value`.
@@ -108,12 +114,12 @@ impl StandsFor {
         }
     }
 
-    /// The key whose relative tolerance the parameter inherits, because only their product shows.
+    /// The keys whose relative tolerance the parameter inherits, because only their product shows: a rig has one of them.
     #[must_use]
-    pub const fn inherits_tolerance_of(&self) -> Option<&'static str> {
+    pub const fn inherits_tolerance_of(&self) -> &[&'static str] {
         match self {
-            Self::FactorOn(key) => Some(key),
-            _ => None,
+            Self::FactorOn(keys) => keys,
+            _ => &[],
         }
     }
 }

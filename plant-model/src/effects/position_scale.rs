@@ -60,6 +60,8 @@ impl Definition for PositionScale {
         moves_in_step: &[
             ("valve.fill_coefficient_kg_per_s_pa", -1),
             ("valve.exhaust_coefficient_kg_per_s_pa", -1),
+            ("valve.fill_conductance_m3_per_s_pa", -1),
+            ("valve.exhaust_conductance_m3_per_s_pa", -1),
             ("cylinder.volume_a0_m3", -1),
             ("cylinder.volume_b0_m3", -1),
             ("load.mass_kg", 1),

@@ -119,7 +119,7 @@ impl Definition for SupplyDroop {
     }
 
     fn scales(rig: &Rig<f64>, _neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
-        [VISIBLE_SHARE / rig.valve.fill_coefficient_kg_per_s_pa, VISIBLE_S, 1.0]
+        [VISIBLE_SHARE / rig.linear_coefficients_kg_per_s_pa()[0], VISIBLE_S, 1.0]
     }
 
     fn starts(context: &StartContext<'_>, begin: &mut dyn FnMut(&[f64])) {

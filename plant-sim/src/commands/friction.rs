@@ -146,7 +146,7 @@ fn off_centre_sentence(map: &FrictionMap, rig: &RigFile) -> String {
         format!(
             "by {} N for each bar: the pressure acts on an area {} % off the rig file's, {} its tolerance of {:.1} %, or a \
              gain of the force or pressure sensor is off",
-            value(&Finding { value: -off, ..map.area_error }, rig.rig.cylinder.area_m2 / BAR),
+            value(&Finding { value: -off, ..map.area_error }, rig.rig.cylinder.mean_area_m2() / BAR),
             value(&map.area_error, 100.0),
             if off.abs() > tolerance { "beyond" } else { "within" },
             100.0 * tolerance

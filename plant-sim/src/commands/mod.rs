@@ -15,6 +15,7 @@ pub(crate) mod import;
 pub(crate) mod paper;
 pub(crate) mod plot;
 pub(crate) mod record;
+pub(crate) mod rig;
 pub(crate) mod run;
 pub(crate) mod simulate;
 pub(crate) mod sweep;

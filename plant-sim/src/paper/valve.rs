@@ -48,6 +48,7 @@ pub(super) fn flow() -> Figure {
         fill: rig.valve.fill_coefficient_kg_per_s_pa,
         exhaust: rig.valve.exhaust_coefficient_kg_per_s_pa,
         iso6358: None,
+        hose: None,
     };
     let flow = |u: f64, drop: f64| {
         let opening = Opening::at(u);

@@ -103,7 +103,7 @@ impl Servo {
     pub fn step(&mut self, target: f64, readings: &Readings) -> f64 {
         let tuning = self.tuning;
         let t = tuning.tick_s;
-        let area = self.rig.cylinder.area_m2;
+        let area = self.rig.cylinder.mean_area_m2();
         let force = area * (readings.p_a - readings.p_b);
         let read = [readings.p_a, readings.p_b, readings.p_sup];
         if !self.begun {
@@ -174,14 +174,14 @@ impl Servo {
     }
 
     fn air(&self) -> Air {
-        let (gas, valve, cylinder) = (&self.rig.gas, &self.rig.valve, &self.rig.cylinder);
-        let area = cylinder.area_m2;
+        let (gas, cylinder) = (&self.rig.gas, &self.rig.cylinder);
+        let area = cylinder.mean_area_m2();
         let least = 0.1;
         let v_a = (cylinder.volume_a0_m3 + area * self.estimate.y).max(least * cylinder.volume_a0_m3);
         let v_b = (cylinder.volume_b0_m3 - area * self.estimate.y).max(least * cylinder.volume_b0_m3);
         let [p_a, p_b, p_sup] = self.pressures;
         let atmosphere = self.rig.supply.atmosphere_pa;
-        let (fill, exhaust) = (valve.fill_coefficient_kg_per_s_pa, valve.exhaust_coefficient_kg_per_s_pa);
+        let [fill, exhaust] = self.rig.linear_coefficients_kg_per_s_pa();
         let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k * area;
         let small = 0.03 * p_sup;
         let slope = |fill_p: f64, fill_v: f64, exh_p: f64, exh_v: f64| {

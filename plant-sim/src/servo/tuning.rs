@@ -148,14 +148,14 @@ struct Air {
 fn air(rig: &Rig<f64>) -> Air {
     let (gas, valve, cylinder) = (&rig.gas, &rig.valve, &rig.cylinder);
     let p = rig.equilibrium_pressure_pa();
-    let area = cylinder.area_m2;
+    let area = cylinder.mean_area_m2();
     let stiffness =
         gas.heat_capacity_ratio * area * area * p * (1.0 / cylinder.volume_a0_m3 + 1.0 / cylinder.volume_b0_m3);
     let natural_w = (stiffness / rig.load.mass_kg).sqrt();
     let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
     let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
     let angle = (2.0 * (valve.max_voltage_v - centre_v.abs() - half_v)).atan();
-    let flow = gas.gas_constant_j_per_kg_k * gas.temperature_k * valve.fill_coefficient_kg_per_s_pa;
+    let flow = gas.gas_constant_j_per_kg_k * gas.temperature_k * rig.linear_coefficients_kg_per_s_pa()[0];
     let speed = flow * (rig.supply.pressure_pa - p) * angle / (area * p);
     Air { speed, natural_w, jerk: speed * natural_w * natural_w, centre_v, half_v }
 }

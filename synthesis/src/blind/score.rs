@@ -271,7 +271,8 @@ fn parameters(hidden: &[Cause], answer: &Answer) -> Vec<ParameterScore> {
                 .identification()
                 .stands_for
                 .inherits_tolerance_of()
-                .and_then(|key| answer.calibration.iter().find(|(name, _)| name == key))
+                .iter()
+                .find_map(|key| answer.calibration.iter().find(|(name, _)| name == key))
                 .map_or(1.0, |(_, ratio)| *ratio);
             let (value, std_error) = (estimate.value * factor, estimate.std_error * factor);
             let error = (value - truth).abs();

@@ -6,7 +6,7 @@ pub(super) struct SupplyDroop;
 impl Twin for SupplyDroop {
     fn draw(at: &mut Everyday<'_>) -> [f64; 3] {
         let physics = Physics::new(at.rig, &[]);
-        let full_flow = physics.fill * std::f64::consts::FRAC_PI_2 * (physics.supply_pa - physics.rest_pressure_pa());
+        let full_flow = physics.full_flow();
         [at.scale * at.between(0.3e5, 1.0e5) / full_flow, at.between(0.05, 0.3), 0.0]
     }
 

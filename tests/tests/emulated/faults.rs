@@ -423,7 +423,7 @@ fn bench_mode_at_ten_thousand_ticks_a_second_is_never_late() {
 fn lost_ticks_late_codes_and_overwritten_samples_are_counted_apart() {
     let Some(elf) = elf() else { return };
     let mut bench = Bench::armed(elf);
-    let mut counters = |bench: &mut Bench| match bench.ask(Command::Status).result {
+    let counters = |bench: &mut Bench| match bench.ask(Command::Status).result {
         Ok(Reply::Status(status)) => [status.missed_ticks, status.late_ticks, status.overruns],
         other => panic!("status answered {other:?}"),
     };

@@ -1,0 +1,200 @@
+//! Cylinders, valves and hoses as they are bought: a rod on one side, an incline, ISO 6358, a table of the opening, hoses.
+
+use plant_model::hose::{REFERENCE_DENSITY_KG_PER_M3, REFERENCE_TEMPERATURE_K};
+use plant_model::{Effects, OpeningTable, Plant, Rig, Side, Simulator, State, Stepper, Tolerance};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A cylinder of bore 32 mm, rod 12 mm and stroke 200 mm, behind a valve of ISO 6358.
+fn single_rod() -> Rig<f64> {
+    let mut rig = Rig::paper_a();
+    let area = |diameter: f64| 0.25 * PI * diameter * diameter;
+    (rig.cylinder.area_a_m2, rig.cylinder.area_b_m2) = (area(0.032), area(0.032) - area(0.012));
+    rig.cylinder.stroke_m = 0.2;
+    (rig.cylinder.volume_a0_m3, rig.cylinder.volume_b0_m3) = (9.5e-5, 8.2e-5);
+    let v = &mut rig.valve;
+    (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
+    (v.fill_conductance_a_m3_per_s_pa, v.fill_conductance_b_m3_per_s_pa) = (1.0e-8, 1.1e-8);
+    (v.exhaust_conductance_a_m3_per_s_pa, v.exhaust_conductance_b_m3_per_s_pa) = (1.2e-8, 0.9e-8);
+    (v.fill_critical_ratio_a, v.fill_critical_ratio_b) = (0.25, 0.3);
+    (v.exhaust_critical_ratio_a, v.exhaust_critical_ratio_b) = (0.35, 0.2);
+    rig.load.mass_kg = 4.0;
+    rig
+}
+
+fn with_table_and_hoses(mut rig: Rig<f64>) -> Rig<f64> {
+    let half = [[0.0, 0.0], [0.36, 0.01], [0.94, 0.06], [1.66, 0.25], [2.47, 0.48], [3.47, 0.74], [4.62, 1.0]];
+    let points: Vec<[f64; 2]> = half[1..].iter().rev().map(|[u, f]| [-u, -f]).chain(half).collect();
+    rig.opening = OpeningTable::new(&points).unwrap();
+    [rig.valve.dead_zone_left_v, rig.valve.dead_zone_right_v] = rig.opening.closed_v();
+    let h = &mut rig.hoses;
+    (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.2, 4.0e-3, 0.8, 4.0e-3);
+    rig
+}
+
+fn plant(rig: &Rig<f64>) -> Plant<f64> {
+    Plant::new(rig, &Effects::none()).unwrap()
+}
+
+#[test]
+fn flow_is_that_of_iso_6358_choked_and_subsonic_on_each_path_by_its_own_numbers() {
+    let rig = single_rod();
+    let plant = plant(&rig);
+    let (supply, atmosphere) = (7.0e5, 1.0e5);
+    // The standard's formula: q = C p_1 rho_0 sqrt(T_0 / T_1) sqrt(1 - ((p_2/p_1 - b)/(1 - b))^2), choked below b.
+    let standard = |c: f64, b: f64, p_1: f64, p_2: f64| {
+        let root = (1.0 - (((p_2 / p_1).max(b) - b) / (1.0 - b)).powi(2)).sqrt();
+        c * p_1 * REFERENCE_DENSITY_KG_PER_M3 * (REFERENCE_TEMPERATURE_K / rig.gas.temperature_k).sqrt() * root
+    };
+    let v = &rig.valve;
+    for (side, fill, exhaust) in [
+        (
+            Side::A,
+            (v.fill_conductance_a_m3_per_s_pa, v.fill_critical_ratio_a),
+            (v.exhaust_conductance_a_m3_per_s_pa, v.exhaust_critical_ratio_a),
+        ),
+        (
+            Side::B,
+            (v.fill_conductance_b_m3_per_s_pa, v.fill_critical_ratio_b),
+            (v.exhaust_conductance_b_m3_per_s_pa, v.exhaust_critical_ratio_b),
+        ),
+    ] {
+        for p in [1.2e5, 2.0e5, 3.0e5, 4.5e5, 6.0e5, 6.9e5] {
+            let flow = |filling| plant.orifices(side).inflow(filling, FRAC_PI_2, p, supply, atmosphere).mass_flow;
+            let (into, out) = (standard(fill.0, fill.1, supply, p), standard(exhaust.0, exhaust.1, p, atmosphere));
+            assert!((flow(true) / into - 1.0).abs() < 1e-12, "{side:?} {p}: {} {into}", flow(true));
+            assert!((-flow(false) / out - 1.0).abs() < 1e-12, "{side:?} {p}: {} {out}", flow(false));
+        }
+        let choked = |p| plant.orifices(side).inflow(true, FRAC_PI_2, p, supply, atmosphere).mass_flow;
+        assert_eq!(choked(1.0e5), choked(1.7e5), "choked below b p_sup");
+    }
+}
+
+#[test]
+fn a_rod_feels_the_atmosphere() {
+    let rig = single_rod();
+    let plant = plant(&rig);
+    let (a, b, atmosphere) = (rig.cylinder.area_a_m2, rig.cylinder.area_b_m2, rig.supply.atmosphere_pa);
+    for (p_a, p_b) in [(1.0e5, 1.0e5), (4.0e5, 4.0e5), (3.0e5, 5.0e5)] {
+        let force = plant.net_force_n(0.0, 0.0, p_a, p_b);
+        assert!((force - (p_a * a - p_b * b - atmosphere * (a - b))).abs() < 1e-9, "{force}");
+    }
+    assert_eq!(plant.net_force_n(0.0, 0.0, atmosphere, atmosphere), 0.0, "vented, nothing pushes");
+}
+
+#[test]
+fn the_closed_cylinder_conserves_mass_and_the_air_takes_the_work_that_the_piston_does() {
+    let mut rig = single_rod();
+    // Without friction, and moved by its own speed against sealed chambers.
+    (rig.friction.viscous_n_s_per_m, rig.friction.coulomb_n, rig.friction.static_n) = (0.0, 1e-6, 1e-6);
+    (rig.friction.stiffness_n_per_m, rig.friction.damping_n_s_per_m, rig.friction.breakaway_m) = (1.0, 0.0, 0.0);
+    let plant = plant(&rig);
+    let start = State { v_m_per_s: 1.5, ..plant.state_at_rest(-0.02, 3.0e5, 3.9e5) };
+    let mut stepper = Stepper::adaptive(&Tolerance::standard().scaled(1e-2));
+    let mut simulator = Simulator::<f64>::from_state(plant, start, stepper);
+    let gamma = rig.gas.heat_capacity_ratio;
+    let energy = |s: &State<f64>| {
+        let (v_a, v_b) = plant.volumes_m3(s.y_m);
+        let atmosphere = rig.supply.atmosphere_pa * (rig.cylinder.area_a_m2 - rig.cylinder.area_b_m2) * s.y_m;
+        (s.p_a_pa * v_a + s.p_b_pa * v_b) / (gamma - 1.0)
+            + 0.5 * rig.load.mass_kg * s.v_m_per_s * s.v_m_per_s
+            + atmosphere
+    };
+    let entropy = |p: f64, v: f64| p * v.powf(gamma);
+    let before = *simulator.state();
+    let mut furthest: f64 = 0.0;
+    for _ in 0..300 {
+        simulator.advance(0.0, 1.0e-3);
+        let now = simulator.state();
+        furthest = furthest.max((now.y_m - before.y_m).abs());
+        assert!((energy(now) / energy(&before) - 1.0).abs() < 1e-5, "{}", energy(now) - energy(&before));
+        let (v_a0, v_b0) = plant.volumes_m3(before.y_m);
+        let (v_a, v_b) = plant.volumes_m3(now.y_m);
+        assert!((entropy(now.p_a_pa, v_a) / entropy(before.p_a_pa, v_a0) - 1.0).abs() < 1e-5);
+        assert!((entropy(now.p_b_pa, v_b) / entropy(before.p_b_pa, v_b0) - 1.0).abs() < 1e-5);
+    }
+    assert!(furthest > 0.01, "the piston must move: {furthest}");
+    stepper = *simulator.stepper();
+    assert_eq!(stepper.forced_steps(), 0);
+}
+
+#[test]
+fn an_inclined_load_rests_where_the_chambers_carry_its_weight() {
+    for (degrees, sine) in [(90.0, 1.0), (30.0, 0.5), (-90.0, -1.0)] {
+        let mut rig = single_rod();
+        rig.load.inclination_deg = degrees;
+        let [p_a, p_b] = rig.equilibrium_pressures_pa();
+        let force = plant(&rig).net_force_n(0.0, 0.0, p_a, p_b);
+        assert!(force.abs() < 1e-3, "{degrees}: {force} N");
+        let level = |p_a: f64, p_b: f64| plant(&single_rod()).net_force_n(0.0, 0.0, p_a, p_b);
+        assert!((level(p_a, p_b) - sine * rig.load.mass_kg * 9.80665).abs() < 1e-3);
+        // And so it stays, within what friction holds.
+        let mut simulator = Simulator::<f64>::new(&rig, &Effects::none()).unwrap();
+        (0..1000).for_each(|_| simulator.advance(0.0, 1.0e-3));
+        assert!(simulator.state().y_m.abs() < 1e-4, "{degrees}: {}", simulator.state().y_m);
+    }
+}
+
+#[test]
+fn slow_motion_settles_around_the_equilibrium_pressures_of_the_rig() {
+    let mut rig = single_rod();
+    rig.cylinder.stroke_m = 2.0;
+    (rig.cylinder.volume_a0_m3, rig.cylinder.volume_b0_m3) = (8.6e-4, 7.4e-4);
+    (rig.friction.coulomb_n, rig.friction.static_n, rig.friction.viscous_n_s_per_m) = (0.5, 0.5, 5.0);
+    rig.friction.breakaway_m = 0.0;
+    let equilibrium = rig.equilibrium_pressures_pa();
+    let settled = |u: f64| {
+        let mut simulator = Simulator::<f64>::new(&rig, &Effects::none()).unwrap();
+        (0..1500).for_each(|_| simulator.advance(u, 1.0e-3));
+        let state = simulator.state();
+        assert!(state.y_m.abs() > 0.1 && state.y_m.abs() < 0.95, "{u} V: still on its way at {} m", state.y_m);
+        [state.p_a_pa, state.p_b_pa]
+    };
+    let (towards_b, towards_a) = (settled(0.1), settled(-0.1));
+    for side in 0..2 {
+        let mean = 0.5 * (towards_b[side] + towards_a[side]);
+        assert!((mean / equilibrium[side] - 1.0).abs() < 0.02, "{side}: {mean} {}", equilibrium[side]);
+    }
+    // Two solutions of the paper's rig: its formula, and the search that other rigs need.
+    let paper = Rig::<f64>::paper_a();
+    let searched = plant(&paper).equilibrium_pressures_pa();
+    assert!(searched.iter().all(|p| (p - paper.equilibrium_pressure_pa()).abs() < 1.0), "{searched:?}");
+}
+
+#[test]
+fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
+    let (bare, with) = (single_rod(), with_table_and_hoses(single_rod()));
+    let (plain, hosed) = (plant(&bare), plant(&with));
+    let added = hosed.volumes_m3(0.0).0 - plain.volumes_m3(0.0).0;
+    assert!((added / (0.25 * PI * 4.0e-3 * 4.0e-3 * 1.2) - 1.0).abs() < 1e-9);
+    let sound = (1.4_f64 * 287.0 * 293.0).sqrt();
+    assert!((hosed.line_delay_s() - 1.0 / sound).abs() < 1e-9);
+    // Choked throughout: the series of both has a lower critical ratio than either.
+    let flow =
+        |plant: &Plant<f64>, opening| plant.orifices(Side::A).inflow(true, opening, 1.0e5, 20.0e5, 1.0e5).mass_flow;
+    let share = |opening| flow(&hosed, opening) / flow(&plain, opening);
+    assert!((share(1e-3) - 1.0).abs() < 1e-6, "a nearly closed valve feels no hose: {}", share(1e-3));
+    // C = 1 and C_t = 1.11 l/(s bar): 1/C^3 adds up to 0.835.
+    let hose = hosed.orifices(Side::A).hose.unwrap();
+    let valve = hosed.orifices(Side::A).fill * FRAC_PI_2;
+    let wanted = (1.0 + (valve / hose.conductance).powi(3)).powf(-1.0 / 3.0);
+    assert!((share(FRAC_PI_2) - wanted).abs() < 1e-9 && (0.7..0.9).contains(&wanted), "{wanted}");
+}
+
+#[test]
+fn single_precision_follows_double_on_a_single_rod_cylinder_with_table_and_hoses() {
+    let rig = with_table_and_hoses(single_rod());
+    let mut exact = Simulator::<f64>::new(&rig, &Effects::none()).unwrap();
+    let small = rig.convert::<f32>();
+    let small_plant = Plant::new(&small, &Effects::none()).unwrap();
+    let [p_a, p_b] = small.equilibrium_pressures_pa();
+    let start = small_plant.state_at_rest(0.0, p_a, p_b);
+    let mut chip = Simulator::<f32>::from_state(small_plant, start, Stepper::equal_steps(2));
+    for k in 0..3000 {
+        let u = 2.0 * (f64::from(k) * 1e-3 * 2.0 * PI).sin();
+        exact.advance(u, 1.0e-3);
+        chip.advance(u as f32, 1.0e-3);
+    }
+    let (one, other) = (exact.state(), chip.state());
+    assert!((one.y_m - f64::from(other.y_m)).abs() < 1e-3, "{} {}", one.y_m, other.y_m);
+    assert!((one.p_a_pa - f64::from(other.p_a_pa)).abs() < 3e3, "{} {}", one.p_a_pa, other.p_a_pa);
+}

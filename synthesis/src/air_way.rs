@@ -1,0 +1,77 @@
+//! The way of the air between the valve's ports and a chamber: valve and hose, by the paper's linear law or by ISO 6358.
+//!
+//! Written from the formulas alone, like all of this crate.
+
+/// Air of the reference atmosphere ANR: kg/m3 and K.
+const ANR: (f64, f64) = (1.185, 293.15);
+
+/// How a valve's path passes air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Path {
+    /// `q = beta (p_1 - p_2)` per radian of opening.
+    Linear(f64),
+    /// Sonic conductance in kg/(s Pa) per radian of opening, and critical ratio.
+    Sonic(f64, f64),
+}
+
+/// A hose's sonic conductance in kg/(s Pa) and critical ratio.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tube {
+    pub(crate) conductance: f64,
+    pub(crate) ratio: f64,
+    /// `(p_sup - p_atm) / p_sup` of the rig, which makes a linear coefficient of the conductance.
+    pub(crate) full_drop: f64,
+}
+
+/// kg/(s Pa) of m3/(s Pa).
+pub(crate) fn mass_conductance(sonic: f64, temperature_k: f64) -> f64 {
+    ANR.0 * sonic * (ANR.1 / temperature_k).sqrt()
+}
+
+impl Tube {
+    pub(crate) fn of(length: f64, diameter: f64, temperature_k: f64, full_drop: f64) -> Option<Self> {
+        if length <= 0.0 {
+            return None;
+        }
+        let sonic = 0.029 * diameter.powi(2) / (length / diameter.powf(1.25) + 510.0).sqrt();
+        let ratio = 474.0 * sonic / diameter.powi(2);
+        Some(Self { conductance: mass_conductance(sonic, temperature_k), ratio, full_drop })
+    }
+}
+
+/// Flow by ISO 6358 from `up` to `down`, kg/s.
+fn sonic_flow(conductance: f64, critical: f64, up: f64, down: f64) -> f64 {
+    if down > up {
+        return -sonic_flow(conductance, critical, down, up);
+    }
+    let psi = |r: f64| {
+        if r <= critical { 1.0 } else { (1.0 - ((r - critical) / (1.0 - critical)).powi(2)).max(0.0).sqrt() }
+    };
+    let r = down / up;
+    // The last thousandth is laminar: a straight line to zero instead of an infinite slope.
+    let psi = if r > 0.999 { psi(0.999) * (1.0 - r) / 0.001 } else { psi(r) };
+    conductance * up * psi
+}
+
+impl Path {
+    /// Flow from `up` to `down` at an opening in rad, of which pi/2 is full, kg/s.
+    pub(crate) fn flow(self, opening: f64, tube: Option<Tube>, up: f64, down: f64) -> f64 {
+        if opening <= 0.0 {
+            return 0.0;
+        }
+        match (self, tube) {
+            (Self::Linear(beta), None) => opening * (beta * (up - down)),
+            (Self::Linear(beta), Some(tube)) => {
+                let resistance = 1.0 / (beta * opening) + tube.full_drop / tube.conductance;
+                (up - down) / resistance
+            }
+            (Self::Sonic(per_rad, ratio), None) => opening * sonic_flow(per_rad, ratio, up, down),
+            (Self::Sonic(per_rad, ratio), Some(tube)) => {
+                let valve = per_rad * opening;
+                let both = (valve.powi(-3) + tube.conductance.powi(-3)).powf(-1.0 / 3.0);
+                let lost = (1.0 - ratio) / valve.powi(2) + (1.0 - tube.ratio) / tube.conductance.powi(2);
+                sonic_flow(both, (1.0 - both * both * lost).max(0.0), up, down)
+            }
+        }
+    }
+}
