@@ -48,10 +48,12 @@ impl Stream {
         let off = target - self.motion.y;
         if !smooth || change == 0.0 && self.last_change == 0.0 {
             (self.motion, self.jerk, self.used) = (Motion { y: target, ..Motion::default() }, 0.0, 0.0);
-        } else if off.abs() > 2.0 * allowed {
-            // It has just begun to move; or it moves faster than the derivatives follow.
-            self.used = if self.motion.v == 0.0 { 0.0 } else { 1.0 };
-            (self.motion, self.jerk) = (Motion { y: target, v: change / t, a: 0.0 }, 0.0);
+        } else if self.motion.v == 0.0 {
+            // It has just begun to move.
+            (self.motion, self.jerk, self.used) = (Motion { y: target, v: change / t, a: 0.0 }, 0.0, 0.0);
+        } else if off.abs() > limits.acceleration / (BANDWIDTH * BANDWIDTH) {
+            // It moves faster than the derivatives follow.
+            (self.motion, self.jerk, self.used) = (Motion { y: target, v: change / t, a: 0.0 }, 0.0, 1.0);
         } else {
             let (w, m) = (BANDWIDTH, &mut self.motion);
             m.y += 3.0 * w * t * off;
