@@ -181,7 +181,7 @@ fn readings(config: &Config, state: &ControllerState, y: Position) -> Readings {
     let read = |channel: &ChannelState| Pressure::from_bits(channel.good());
     Readings {
         y,
-        chambers: Some([read(&state.pressure_a), read(&state.pressure_b)]),
+        chambers: [Some(read(&state.pressure_a)), Some(read(&state.pressure_b))],
         supply: config.supply_sensor.then(|| read(&state.supply)),
     }
 }

@@ -7,7 +7,7 @@
 
 use super::factor::{Factor, quotient};
 use super::{Acceleration, Jerk, Stiffness};
-use crate::arithmetic::{multiply, saturate};
+use crate::arithmetic::{limit, multiply, saturate};
 use crate::quantities::{Position, Pressure, Velocity};
 
 /// Constants of the chambers.
@@ -25,8 +25,10 @@ pub(crate) struct Chambers {
     pub(crate) gamma_q24: i32,
     /// Force of the atmosphere.
     pub(crate) atmosphere: Acceleration,
-    /// Force of the nominal supply, and of a chamber at rest: for sensors that are missing.
-    pub(crate) nominal: [Acceleration; 2],
+    /// Force of the nominal supply, where it is not measured.
+    pub(crate) nominal_supply: Acceleration,
+    /// Force of a chamber at rest, where it is not measured.
+    pub(crate) rest: Acceleration,
 }
 
 /// The air at this tick: how the force answers to the valve and to motion.
@@ -41,6 +43,25 @@ pub(crate) struct Air {
 }
 
 impl Chambers {
+    /// The forces of chamber A, chamber B and supply, with those that are not measured from the modelled force.
+    #[inline]
+    pub(crate) fn complete(
+        &self,
+        [f_a, f_b]: [Option<Acceleration>; 2],
+        supply: Acceleration,
+        force: Acceleration,
+    ) -> [Acceleration; 3] {
+        let half = Acceleration::from_bits(force.to_bits() / 2);
+        let [a, b] = match (f_a, f_b) {
+            (Some(a), Some(b)) => [a, b],
+            (Some(a), None) => [a, a.saturating_sub(force)],
+            (None, Some(b)) => [b.saturating_add(force), b],
+            (None, None) => [self.rest.saturating_add(half), self.rest.saturating_sub(half)],
+        };
+        let inside = |f: Acceleration| limit(f, self.atmosphere, supply.max(self.atmosphere));
+        [inside(a), inside(b), supply]
+    }
+
     /// At a position, with the forces of chamber A, chamber B and supply.
     #[inline]
     pub(crate) fn air(&self, y: Position, [f_a, f_b, f_sup]: [Acceleration; 3]) -> Air {

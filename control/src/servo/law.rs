@@ -31,21 +31,15 @@ fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
 
 /// The valve's command and its effective voltage for this tick.
 #[inline]
-pub(crate) fn command(
-    tuning: &Tuning,
-    state: &mut ServoState,
-    target: Position,
-    air: &Air,
-    gains: &LawGains,
-) -> [Voltage; 2] {
-    let (valve, tick) = (&tuning.valve, &tuning.tick);
+pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position, air: &Air) -> [Voltage; 2] {
+    let (valve, tick, gains) = (&tuning.valve, &tuning.tick, &tuning.law);
     let caution = tuning.caution(state.noise);
     let estimate = state.estimate;
     let was_holding = state.hold.on;
-    let aim = state.stream.take(target, &tuning.stream, tick);
+    let followed = state.stream.take(target, &tuning.stream, tick);
     let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
         && state.motion.v.saturating_abs() < tuning.standing
-        && aim.v == 0;
+        && followed.motion.v == 0;
     let now = Means { error: target.saturating_sub(estimate.y), v: estimate.v, force: estimate.force };
     if state.hold.decide(target, resting, now, &tuning.hold, caution) {
         state.stick = Stick::default();
@@ -63,12 +57,12 @@ pub(crate) fn command(
     let stick = (&tuning.stick, &gains.lead, tick);
     if let Some(rate) = state.stick.rate(resting, &state.hold.mean, estimate.force, stick, caution) {
         let theta = angle_for(rate, state.valve.slope(rate >= 0, air), most);
-        state.motion = aim;
+        state.motion = followed.motion;
         return valve.command(&state.valve, theta);
     }
-    state.motion = state.motion.arrived(&aim, &tuning.limits);
+    state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
     let reference = state.motion;
-    let jerk_r = reference.jerk_towards(&aim, &tuning.limits);
+    let jerk_r = reference.jerk_towards(&followed, &tuning.limits);
     let jerk = i64::from(jerk_r.to_bits())
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
         + gains.v.wide(reference.v.saturating_sub(estimate.v))

@@ -38,7 +38,7 @@ use crate::arithmetic::multiply;
 use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use factor::Factor;
 use fixed::traits::Fixed;
-use fixed::types::{I4F28, I12F20, I16F16, I24F8};
+use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use hold::Hold;
 use inversion::ValveModel;
 use observer::Estimate;
@@ -57,6 +57,8 @@ pub type Stiffness = I24F8;
 pub type Angle = I4F28;
 /// A ratio.
 pub type Ratio = I4F28;
+/// A part of a limit, or a quantity in units of the limits.
+type Part = I6F26;
 /// A noise, um.
 type Micrometres = I12F20;
 
@@ -86,8 +88,8 @@ impl Caution {
 pub(crate) struct Readings {
     /// Position.
     pub(crate) y: Position,
-    /// Pressures of chamber A and B, absolute; `None` where they are not measured.
-    pub(crate) chambers: Option<[Pressure; 2]>,
+    /// Pressures of chamber A and B, absolute; `None` where the sensor is lost or none is fitted.
+    pub(crate) chambers: [Option<Pressure>; 2],
     /// Supply pressure, absolute; `None` where it is not measured.
     pub(crate) supply: Option<Pressure>,
 }
@@ -116,13 +118,19 @@ pub struct ServoState {
 
 impl ServoState {
     /// At the beginning of a run; what was learned in an earlier one is kept.
-    fn begin(&mut self, tuning: &Tuning, target: Position, y: Position, forces: [Acceleration; 3]) {
+    fn begin(
+        &mut self,
+        tuning: &Tuning,
+        target: Position,
+        y: Position,
+        force: Acceleration,
+        forces: [Acceleration; 3],
+    ) {
         if !self.learned {
             self.learned = true;
             self.valve = ValveModel { zones: tuning.valve.zones, gains: [Ratio::ONE; 2] };
             self.coulomb = tuning.coulomb_start;
         }
-        let force = forces[0].saturating_sub(forces[1]);
         let (centre, at_rest) = (tuning.valve.centre, Motion::at(y));
         *self = Self {
             estimate: Estimate { y, force, disturbance: force.saturating_neg(), spool: centre, ..Estimate::default() },
@@ -144,26 +152,38 @@ impl Tuning {
     pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
         let chambers = &self.chambers;
         let force_of = |pressure: Pressure| chambers.per_pa.of(pressure);
-        let [nominal, rest] = chambers.nominal;
-        let [f_a, f_b] = read.chambers.map_or([rest; 2], |both| both.map(force_of));
-        let forces = [f_a, f_b, read.supply.map_or(nominal, force_of)];
+        let [f_a, f_b] = read.chambers.map(|pressure| pressure.map(force_of));
+        let measured = f_a.zip(f_b).map(|(f_a, f_b)| f_a.saturating_sub(f_b));
+        let supply = read.supply.map_or(chambers.nominal_supply, force_of);
+        let force = if begin { Acceleration::ZERO } else { state.estimate.force };
+        let forces = chambers.complete([f_a, f_b], supply, force);
         if begin {
-            state.begin(self, target, read.y, forces);
+            state.begin(self, target, read.y, measured.unwrap_or(force), forces);
         }
         for (slow, now) in state.forces.iter_mut().zip(forces) {
             *slow = slow.saturating_add(chambers.follow.of(now.saturating_sub(*slow)));
         }
         let air = chambers.air(state.estimate.y, state.forces);
-        let measured = read.chambers.map(|_| f_a.saturating_sub(f_b));
         let innovation = state.estimate.correct(read.y, measured, &self.observer);
         let valve = (&self.valve, &state.valve);
         let opening = state.estimate.predict(state.acting, &air, valve, state.coulomb, (&self.observer, &self.tick));
         let valve = (&self.valve, &mut state.valve);
-        learning::learn(valve, &mut state.coulomb, &mut state.estimate, &innovation, &opening, &air, &self.learning);
+        if measured.is_some() {
+            learning::learn(
+                valve,
+                &mut state.coulomb,
+                &mut state.estimate,
+                &innovation,
+                &opening,
+                &air,
+                &self.learning,
+            );
+        } else {
+            state.estimate.unseen_force(&self.observer);
+        }
         let wrong = self.noise_of.of(innovation.y.saturating_abs());
         state.noise = state.noise.saturating_add(self.noise_follow.of(wrong.saturating_sub(state.noise)));
-        let gains = if read.chambers.is_some() { &self.law } else { &self.law_blind };
-        let command = law::command(self, state, target, &air, gains);
+        let command = law::command(self, state, target, &air);
         state.acting = command[0];
         command
     }

@@ -22,6 +22,8 @@ pub(crate) struct ObserverGains {
     pub(crate) disturbance: Factor<Position, Acceleration>,
     /// How fast the estimated force follows the measured one, per tick.
     pub(crate) force: Factor<Acceleration, Acceleration>,
+    /// How fast an unmeasured force takes up what the model does not explain, per tick.
+    pub(crate) unseen: Factor<Acceleration, Acceleration>,
     /// `T σ_0 / M`: from velocity to the change of the bristles' force.
     pub(crate) bristle: Factor<Velocity, Acceleration>,
     /// `σ_2 / M`.
@@ -86,6 +88,15 @@ impl Estimate {
             self.force = self.force.saturating_add(gains.force.of(wrong));
         }
         Innovation { force, y: e }
+    }
+
+    /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
+    /// depend; the sum of both stays.
+    #[inline]
+    pub(crate) fn unseen_force(&mut self, gains: &ObserverGains) {
+        let part = gains.unseen.of(self.disturbance);
+        self.force = self.force.saturating_add(part);
+        self.disturbance = self.disturbance.saturating_sub(part);
     }
 
     /// Predicts the next tick with the command `u` acting meanwhile; returns how far that opens the valve.

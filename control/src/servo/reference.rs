@@ -9,6 +9,7 @@
 //! bits and end at ±32: a target farther away is as good as one there.
 
 use super::factor::{Factor, quotient, root_q26};
+use super::stream::Aim;
 use super::{Acceleration, Jerk, Tick};
 use crate::arithmetic::{limit, saturate};
 use crate::quantities::{Position, Velocity};
@@ -31,6 +32,8 @@ pub(crate) struct Limits {
     pub(crate) velocity: Factor<Velocity, I6F26>,
     /// To their acceleration.
     pub(crate) acceleration: Factor<Acceleration, I6F26>,
+    /// To their jerk.
+    pub(crate) aim_jerk: Factor<Jerk, I6F26>,
     /// From a change of acceleration in a tick to the jerk.
     pub(crate) jerk: Factor<I6F26, Jerk>,
     /// What one tick's jerk makes up for: acceleration, velocity, position.
@@ -118,21 +121,52 @@ impl Motion {
         Position::from_bits(saturate((self.y_q44 - other.y_q44) >> FINE))
     }
 
-    /// The jerk of the next tick on the way to `aim`, planned as seen from it.
+    /// The jerk of the next tick on the way to the aim, planned as seen from it and with the limits that its motion leaves.
     #[inline]
-    pub(crate) fn jerk_towards(&self, aim: &Self, limits: &Limits) -> Jerk {
+    pub(crate) fn jerk_towards(&self, aim: &Aim, limits: &Limits) -> Jerk {
         // Beyond these a motion is pushed back with all that the limits allow anyway.
         let within = |x: i64, most: i32| limit(x, -i64::from(most), i64::from(most)) as i32;
-        let aim_v = limits.velocity.of(aim.v).to_bits().saturating_abs();
-        let speed = limits.speed.to_bits() - aim_v.min(limits.speed.to_bits() / 2);
-        let seen = Seen {
-            y: limits.length.wide(self.from(aim)),
-            v: within(limits.velocity.wide(self.v.saturating_sub(aim.v)), 4 * ONE),
-            a: within(limits.acceleration.wide(self.a.saturating_sub(aim.a)), 2 * ONE),
+        let (speed, tick) = (limits.speed.to_bits(), limits.tick.to_bits());
+        let left = |used: I6F26| (ONE - used.to_bits().saturating_abs().min(ONE)).max(LEAST_LEFT);
+        let jerk = left(limits.aim_jerk.of(aim.jerk));
+        let most = left(limits.acceleration.of(aim.motion.a));
+        let used = limits.velocity.of(aim.motion.v).to_bits().saturating_abs();
+        let frame = Frame {
+            speed: (speed - used.min(speed)).max(speed / 10),
+            most,
+            jerk,
+            per_most: inverse(most),
+            per_jerk: inverse(jerk),
+            tick,
         };
-        let change = seen.change(speed, limits.tick.to_bits());
-        limits.jerk.of(I6F26::from_bits(change))
+        let seen = Seen {
+            y: limits.length.wide(self.from(&aim.motion)),
+            v: within(limits.velocity.wide(self.v.saturating_sub(aim.motion.v)), 4 * ONE),
+            a: within(limits.acceleration.wide(self.a.saturating_sub(aim.motion.a)), 2 * ONE),
+        };
+        aim.jerk.saturating_add(limits.jerk.of(I6F26::from_bits(seen.change(&frame))))
     }
+}
+
+/// The least that a moving aim leaves of a limit.
+const LEAST_LEFT: i32 = ONE / 4;
+
+/// `1 / x` of a part of one.
+#[inline]
+fn inverse(x: i32) -> i32 {
+    if x == ONE { ONE } else { quotient(ONE, x.unsigned_abs(), 26) }
+}
+
+/// The limits as seen from the aim, in the units of the limits, 26 fractional bits.
+struct Frame {
+    speed: i32,
+    /// Of the acceleration, from [`LEAST_LEFT`] to one, and its reciprocal.
+    most: i32,
+    per_most: i32,
+    /// Of the jerk, likewise.
+    jerk: i32,
+    per_jerk: i32,
+    tick: i32,
 }
 
 impl Seen {
@@ -145,42 +179,49 @@ impl Seen {
 
     /// Where the motion comes to rest if it brakes from now on within the limits.
     #[inline]
-    fn stopping_point(&self) -> i64 {
-        // |v| <= 6 and |a| <= 3: nothing below leaves 64 bits, and only sums of ways leave 32.
-        let half_square = times(i64::from(self.a), self.a) / 2;
+    fn stopping_point(&self, frame: &Frame) -> i64 {
+        let &Frame { most, per_most, jerk, per_jerk, .. } = frame;
+        // |v| <= 6 and |a| <= 3, the reciprocals at most 4: nothing below leaves 64 bits, and only sums of ways leave 32.
+        let half_square = times(times(i64::from(self.a), self.a) / 2, per_jerk);
         // The speed left once the acceleration has gone to zero tells which way to brake.
         let left = i64::from(self.v) + if self.a < 0 { -half_square } else { half_square };
         let (v, a) = if left >= 0 { (self.v, self.a) } else { (-self.v, -self.a) };
-        let squared = (i64::from(v) + half_square).max(0);
-        let peak = if squared >= i64::from(ONE) { ONE } else { root_q26(squared as u32) as i32 };
-        let t_1 = a + peak;
-        let half_peak = times(i64::from(peak), peak) / 2;
+        let squared = times((i64::from(v) + half_square).max(0), jerk);
+        let full = squared >= times(i64::from(most), most);
+        let peak = if full { most } else { root_q26(squared as u32) as i32 };
+        let change = a + peak;
+        let t_1 = times(i64::from(change), per_jerk) as i32;
+        let half_peak = times(times(i64::from(peak), peak) / 2, per_jerk);
         let v_1 = i64::from(v) + half_square - half_peak;
-        let t_2 = if peak < ONE { 0 } else { (v_1 - half_peak).max(0) };
-        let sixth = |x: i32| times(i64::from(x), const { ONE / 6 });
-        let way = times(i64::from(v) + times(i64::from(a / 2) - sixth(t_1), t_1), t_1)
-            + times((v_1 + half_peak) / 2, t_2 as i32)
-            + times(half_peak / 3, peak);
+        let t_2 = if full { times((v_1 - half_peak).max(0), per_most) as i32 } else { 0 };
+        let third = |x: i64| times(x, const { ONE / 3 });
+        let way = times(i64::from(v) + times((i64::from(a) - third(i64::from(change))) / 2, t_1), t_1)
+            + times((v_1 + half_peak) / 2, t_2)
+            + third(times(times(half_peak, peak), per_jerk));
         self.y + if left >= 0 { way } else { -way }
     }
 
     /// The change of acceleration in the next tick whose stopping point is the aim.
     #[inline]
-    fn change(&self, speed: i32, tick: i32) -> i32 {
+    fn change(&self, frame: &Frame) -> i32 {
+        let &Frame { speed, most, jerk, per_jerk, tick, .. } = frame;
         // The acceleration after the tick from which the speed limit is just reached, either way.
         let half_tick = tick / 2;
         let quarter = times(i64::from(half_tick), half_tick) as i32;
         let to_speed = |speed: i32| {
             let room = speed - self.v - times(i64::from(half_tick), self.a) as i32;
-            let root = root_q26(quarter.saturating_add(room.saturating_abs().saturating_mul(2)).unsigned_abs()) as i32;
-            if room < 0 { half_tick - root } else { root - half_tick }
+            let twice = saturate(times(2 * i64::from(room).abs(), per_jerk));
+            let root =
+                times(i64::from(root_q26(quarter.saturating_add(twice).unsigned_abs())) - i64::from(half_tick), jerk);
+            if room < 0 { -root as i32 } else { root as i32 }
         };
-        let low = (self.a - tick).max(to_speed(-speed).max(-ONE));
-        let high = (self.a + tick).min(to_speed(speed).min(ONE));
+        let step = times(i64::from(tick), jerk) as i32;
+        let low = (self.a - step).max(to_speed(-speed).max(-most));
+        let high = (self.a + step).min(to_speed(speed).min(most));
         // Beyond a limit (it was pushed there), go back with full jerk.
-        let mut low = low.min(self.a + tick);
-        let mut high = high.max(self.a - tick).max(low);
-        let beyond = |a: i32| saturate(self.after(a, tick).stopping_point());
+        let mut low = low.min(self.a + step);
+        let mut high = high.max(self.a - step).max(low);
+        let beyond = |a: i32| saturate(self.after(a, tick).stopping_point(frame));
         let (mut at_low, mut at_high) = (beyond(low), beyond(high));
         if at_high <= 0 {
             return high - self.a;

@@ -28,6 +28,15 @@ const NOISE_RATE: f64 = 3.0;
 const QUIET_UM: f64 = 30.0;
 /// Bandwidth with which the derivatives of a streamed target follow, rad/s.
 const STREAM_BANDWIDTH: f64 = 150.0;
+/// The same of its jerk: one fifth, for it is the third derivative of a target that may come in codes.
+const JERK_BANDWIDTH: f64 = 30.0;
+/// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at [`LOST`]
+/// none is left.
+const FOLLOWED: f64 = 0.25;
+/// See [`FOLLOWED`].
+const LOST: f64 = 0.4;
+/// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
+const PEAK_HELD_S: f64 = 1.0;
 /// Part of the nominal Coulomb friction that is compensated before any is learned.
 const COULOMB_START: f64 = 0.55;
 /// Rates of learning, 1/s: gain, dead zone, friction.
@@ -62,8 +71,8 @@ const STICK_SPEED: f64 = 1.6e-3;
 const STICK_GAIN: f64 = 3.0;
 /// Stick: how fast the force follows, over the law's bandwidth.
 const STICK_FORCE: f64 = 1.0 / 1.5;
-/// The law's bandwidth without pressures, over that with them.
-const BLIND: f64 = 0.5;
+/// Without measured pressures: how fast the force takes up what the model does not explain, 1/s.
+const UNSEEN_RATE: f64 = 5.0;
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,8 +85,6 @@ pub struct Tuning {
     pub(super) stream: StreamGains,
     pub(super) limits: Limits,
     pub(super) law: LawGains,
-    /// Where the chambers' pressures are not measured.
-    pub(super) law_blind: LawGains,
     pub(super) hold: HoldLimits,
     pub(super) stick: StickGains,
     /// Speed below which the reference stands.
@@ -162,13 +169,15 @@ impl Tuning {
                 flow: [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s].map(|c| exactly(gamma * f64::from(c))),
                 gamma_q24: scaled(gamma, 24) as i32,
                 atmosphere: force(p.servo_atmosphere_pa),
-                nominal: [force(p.servo_supply_pa), force(p.servo_rest_pa)],
+                nominal_supply: force(p.servo_supply_pa),
+                rest: force(p.servo_rest_pa),
             },
             observer: ObserverGains {
                 y: Factor::new(3.0 * w_o * t),
                 v: Factor::new(3.0 * w_o * w_o * t),
                 disturbance: Factor::new(w_o * w_o * w_o * t),
                 force: Factor::new((force_rate * t).min(1.0)),
+                unseen: Factor::new((UNSEEN_RATE * t).min(1.0)),
                 bristle: Factor::new(bristle * t),
                 viscous: Factor::new(viscous),
                 held: Factor::new(1.0 / (1.0 + t * (viscous + t * bristle))),
@@ -189,23 +198,30 @@ impl Tuning {
             valve,
             stream: StreamGains {
                 smooth: exactly(4.0 * acceleration * t * t),
+                off: exactly(acceleration / (STREAM_BANDWIDTH * STREAM_BANDWIDTH)),
                 acceleration: exactly(4.0 * acceleration),
                 per_tick: Factor::new(hz),
                 y: Factor::new(3.0 * STREAM_BANDWIDTH * t),
                 v: Factor::new(3.0 * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
                 a: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
+                jerk: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH),
+                jerk_follow: Factor::new((JERK_BANDWIDTH * t).min(1.0)),
+                used: (Factor::new(FOLLOWED / speed), Factor::new(1.0 / acceleration), Factor::new(1.0 / jerk)),
+                forget: Factor::new(t / PEAK_HELD_S),
+                lost: exactly(LOST),
+                followed: Factor::new(1.0 / (LOST - FOLLOWED)),
             },
             limits: Limits {
                 speed: exactly::<I6F26>(natural),
                 tick: exactly::<I6F26>(t * jerk / acceleration),
                 length: Factor::new(jerk * jerk / (acceleration * acceleration * acceleration)),
                 velocity: Factor::new(jerk / (acceleration * acceleration)),
+                aim_jerk: Factor::new(1.0 / jerk),
                 acceleration: Factor::new(1.0 / acceleration),
                 jerk: Factor::new(acceleration * hz),
                 near: (exactly(jerk * t), exactly(jerk * t * t), exactly(NEAR_M + jerk * t * t * t)),
             },
             law: gains(w),
-            law_blind: gains(BLIND * w),
             hold: HoldLimits {
                 enter: exactly(HOLD_M[0]),
                 leave: exactly(HOLD_M[1]),
