@@ -260,8 +260,14 @@ impl Parameter {
             (None, Some(End::Second)) => [limits.low + f64::from(limits.apart), limits.high],
             (None, None) => [limits.low, limits.high],
         };
-        // A board always has both ends of a range.
-        Limits { low, high, pair: false, optional: limits.optional && !limits.pair, ..limits }
+        // A board always has both ends of a range, and a flow by the paper's coefficients: it has none by ISO 6358.
+        let flow = matches!(
+            self.source(),
+            Source::Rig(
+                plant_model::Place::fill_coefficient_kg_per_s_pa | plant_model::Place::exhaust_coefficient_kg_per_s_pa
+            )
+        );
+        Limits { low, high, pair: false, optional: limits.optional && !limits.pair && !flow, ..limits }
     }
 
     /// The value of a new board.
