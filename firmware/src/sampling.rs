@@ -138,12 +138,13 @@ fn ADC1_2() {
     let entry = DWT::cycle_count();
     // SAFETY: see `OwnedCell`.
     let Some(owned) = (unsafe { &mut *OWNED.0.get() }) else { return };
-    if !SUMS.fit(owned) {
-        memory_corrupted();
-    }
+    // First what the next conversion would overwrite. No code comes of it before the sums are found right.
     let sequence = owned.sampler.read();
     count(&SAMPLED);
     let sampled = DWT::cycle_count();
+    if !SUMS.fit(owned) {
+        memory_corrupted();
+    }
 
     let faults = owned.timing.begin(sampled, sequence.since_update, sequence.mixed);
     let valve_output = owned.output.faulty(owned.written, owned.valve.seen(), faults.late_tick);
