@@ -3,11 +3,47 @@
 use crate::document::Document;
 use crate::error::InputError;
 use crate::rig_file::RigFile;
-use crate::tuning::{self, FORCE_RATE, Rule};
+use crate::tuning::{self, Rule};
 use crate::write::read_text;
 use control::{Config, ConfigError, Key, LawChoice, Parameters, Value};
 use plant_model::Rig;
 use std::path::Path;
+
+/// The parameters that follow from a rig file; [`parameters`] leaves all others at the firmware's defaults.
+pub const FROM_RIG: [Key; 32] = [
+    Key::position_range_m,
+    Key::pressure_range_pa,
+    Key::adc_bits,
+    Key::valve_range_v,
+    Key::dac_bits,
+    Key::tick_hz,
+    Key::dead_zone_right_v,
+    Key::dead_zone_left_v,
+    Key::slope_right,
+    Key::slope_left,
+    Key::max_voltage_v,
+    Key::pressure_limits_pa,
+    Key::supply_minimum_pa,
+    Key::law,
+    Key::servo_speed_m_per_s,
+    Key::servo_acceleration_m_per_s2,
+    Key::servo_jerk_m_per_s3,
+    Key::servo_bandwidth_rad_per_s,
+    Key::servo_observer_rad_per_s,
+    Key::servo_area_m2_per_kg,
+    Key::servo_length_a_m,
+    Key::servo_length_b_m,
+    Key::servo_fill_m_per_s,
+    Key::servo_exhaust_m_per_s,
+    Key::servo_heat_capacity_ratio,
+    Key::servo_atmosphere_pa,
+    Key::servo_supply_pa,
+    Key::servo_rest_pa,
+    Key::servo_bristle_per_s2,
+    Key::servo_viscous_per_s,
+    Key::servo_coulomb_m_per_s2,
+    Key::servo_lag_s,
+];
 
 /// The parameters for a rig: its converters, its nominal dead zone and limits, and what the positioning law has to know of
 /// it; everything else at the firmware's defaults (for the paper's law, a proportional gain of 4 V/m).
@@ -39,7 +75,6 @@ fn positioning(rig: &RigFile, base: Parameters) -> Parameters {
         servo_jerk_m_per_s3: within(Key::servo_jerk_m_per_s3, rule.jerk),
         servo_bandwidth_rad_per_s: within(Key::servo_bandwidth_rad_per_s, rule.law_w),
         servo_observer_rad_per_s: within(Key::servo_observer_rad_per_s, rule.observer_w),
-        servo_force_rate_per_s: FORCE_RATE as f32,
         servo_area_m2_per_kg: within(Key::servo_area_m2_per_kg, area / mass),
         servo_length_a_m: within(Key::servo_length_a_m, cylinder.volume_a0_m3 / area),
         servo_length_b_m: within(Key::servo_length_b_m, cylinder.volume_b0_m3 / area),
@@ -151,11 +186,40 @@ pub fn keys_help() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use control::End;
 
     #[test]
-    fn the_papers_rigs_get_the_firmwares_default_parameters() {
-        for rig in [RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()] {
-            assert_eq!(parameters(&rig), Parameters::default());
+    fn the_parameters_that_follow_from_a_rig_are_those_that_change_with_it() {
+        let mut rig = RigFile::paper_a();
+        rig.io = crate::Io {
+            position_range_m: [-0.2, 0.3],
+            pressure_range_pa: [1.0e5, 1.1e6],
+            adc_bits: 14,
+            valve_range_v: [-6.0, 6.0],
+            dac_bits: 10,
+            tick_hz: 2000,
+        };
+        (rig.rig.supply.pressure_pa, rig.rig.supply.atmosphere_pa) = (6.0e5, 0.9e5);
+        rig.effects.set(plant_model::Effect::ValveLag, &[2.0e-3]);
+        (rig.rig.gas.heat_capacity_ratio, rig.rig.load.mass_kg) = (1.3, 5.0);
+        rig.rig.cylinder.set_area_m2(1.0e-3);
+        (rig.rig.friction.stiffness_n_per_m, rig.rig.friction.coulomb_n) = (1.0e5, 20.0);
+        let valve = &mut rig.rig.valve;
+        (valve.dead_zone_right_v, valve.dead_zone_left_v, valve.max_voltage_v) = (0.3, -0.2, 4.0);
+        (valve.slope_right, valve.slope_left) = (1.1, 0.9);
+        let (found, default) = (parameters(&rig), Parameters::default());
+        for key in Key::ALL {
+            assert_eq!(found.get(key) != default.get(key), FROM_RIG.contains(&key), "{}", key.row().key);
+        }
+    }
+
+    #[test]
+    fn the_firmwares_default_parameters_are_those_of_the_papers_case_a_with_the_papers_law() {
+        let (found, default) = (papers_parameters(&RigFile::paper_a()), Parameters::default());
+        for key in Key::ALL {
+            let (found, default) = (found.get(key), default.get(key));
+            let close = (found.number(End::First) / default.number(End::First) - 1.0).abs() < 1e-5;
+            assert!(found == default || close, "{} = {found}, by default {default}", key.row().key);
         }
     }
 
