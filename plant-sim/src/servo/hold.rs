@@ -11,13 +11,14 @@ pub struct Hold {
     target: f64,
     force: f64,
     pulse: f64,
+    load: f64,
     /// Mean error, velocity and force over the last few ticks.
     pub mean: [f64; 3],
 }
 
 impl Hold {
     /// Decides whether to hold this tick. `resting` says that the reference has arrived.
-    pub fn decide(&mut self, target: f64, resting: bool, now: [f64; 3], tuning: &Tuning) -> bool {
+    pub fn decide(&mut self, target: f64, resting: bool, now: [f64; 3], disturbance: f64, tuning: &Tuning) -> bool {
         for (mean, now) in self.mean.iter_mut().zip(now) {
             *mean += tuning.rates.hold_mean * (now - *mean);
         }
@@ -32,6 +33,7 @@ impl Hold {
             self.ticks += 1;
             if self.ticks >= tuning.hold_ticks {
                 (self.on, self.target, self.force, self.pulse) = (true, target, force, 0.0);
+                self.load = if tuning.x[1] > 1.5 { 0.0 } else { disturbance };
             }
         } else {
             self.ticks = 0;
@@ -41,9 +43,10 @@ impl Hold {
 
     /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse when the force has drifted by
     /// `allowed` newton.
-    pub fn restoring_rate(&mut self, allowed: f64) -> f64 {
+    pub fn restoring_rate(&mut self, allowed: f64, tuning: &Tuning) -> f64 {
         let drift = self.force - self.mean[2];
-        if drift.abs() > allowed {
+        let outward = drift * (self.mean[2] + self.load) < 0.0 || tuning.x[1] == 0.0;
+        if drift.abs() > allowed && outward {
             self.pulse = drift.signum();
         }
         if drift * self.pulse <= 0.0 {

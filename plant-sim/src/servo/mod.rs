@@ -24,6 +24,7 @@ pub mod tuning;
 use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
+use learning::{Friction, Lag};
 use observer::Estimate;
 use plant_model::Rig;
 use reference::{Limits, Motion};
@@ -65,10 +66,12 @@ pub struct Servo {
     pub motion: Motion,
     /// The valve as learned.
     pub valve: ValveModel,
-    /// Coulomb friction as learned, N.
-    pub coulomb: f64,
+    /// Friction as learned.
+    pub friction: Friction,
     /// Hold.
     pub hold: Hold,
+    /// Lag of the spool as learned.
+    pub lag: Lag,
     stream: Stream,
     stick: Stick,
     noise: f64,
@@ -88,8 +91,9 @@ impl Servo {
             estimate: Estimate { spool: tuning.centre_v, ..Estimate::default() },
             motion: Motion::default(),
             valve,
-            coulomb: tuning.coulomb_start * tuning.coulomb,
+            friction: Friction { coulomb: tuning.coulomb_start * tuning.coulomb, viscous: tuning.viscous },
             hold: Hold::default(),
+            lag: Lag { seconds: tuning.lag_s, ..Lag::default() },
             stream: Stream::default(),
             stick: Stick::default(),
             noise: 0.0,
@@ -120,9 +124,15 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.coulomb, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.friction, &tuning);
         if seen.is_some() {
-            learning::learn(&mut self.valve, &mut self.coulomb, &mut self.estimate, &innovation, theta, &air, &tuning);
+            learning::learn_lag(&mut self.lag, &innovation, theta, self.valve.slope(theta, &air), &tuning);
+            let lag = self.lag.seconds;
+            self.tuning.rates.spool_keeps = (-t / lag).exp();
+            self.tuning.rates.spool_mean = lag / t * (1.0 - self.tuning.rates.spool_keeps);
+        }
+        if seen.is_some() {
+            learning::learn(&mut self.valve, &mut self.friction, &mut self.estimate, &innovation, theta, &air, &tuning);
         } else {
             self.estimate.unseen_force(&tuning);
         }
@@ -151,9 +161,9 @@ impl Servo {
         let was_holding = self.hold.on;
         let Aim { motion: aim, jerk: aim_jerk } = self.stream.take(target, &tuning.limits, t);
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
-        if self.hold.decide(target, resting, [target - estimate.y, estimate.v, estimate.force], &tuning) {
+        if self.hold.decide(target, resting, [target - estimate.y, estimate.v, estimate.force], estimate.disturbance, &tuning) {
             self.stick = Stick::default();
-            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb);
+            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb, &tuning);
             if rate == 0.0 {
                 return self.valve.centre;
             }
@@ -188,7 +198,8 @@ impl Servo {
         let theta = asked.clamp(-most, most);
         // What the valve cannot give, the reference does not ask for.
         let excess = (theta - asked) * slope / tuning.mass;
-        self.motion = r.after(jerk_r + excess, t);
+        let most_jerk = if tuning.x[0] > 0.0 { tuning.x[0] * tuning.limits.jerk } else { 1e9 };
+        self.motion = r.after((jerk_r + excess).clamp(-most_jerk, most_jerk), t);
         self.valve.command(theta, tuning.blend)
     }
 

@@ -5,6 +5,7 @@
 
 use super::air::Air;
 use super::inversion::ValveModel;
+use super::learning::Friction;
 use super::tuning::{Rates, Tuning};
 
 /// What is known of the rig at the next tick.
@@ -56,7 +57,7 @@ impl Estimate {
     }
 
     /// Predicts the next tick with the command `u` in V acting meanwhile; returns the valve's angle.
-    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, coulomb: f64, tuning: &Tuning) -> f64 {
+    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, friction: &Friction, tuning: &Tuning) -> f64 {
         let Rates { spool_keeps, spool_mean, .. } = tuning.rates;
         let mean = u + (self.spool - u) * spool_mean;
         self.spool = u + (self.spool - u) * spool_keeps;
@@ -66,7 +67,9 @@ impl Estimate {
         let force_now = self.force;
         self.force += t * (slope * theta - air.stiffness * self.v);
         // Bristles are stiff: implicit, first as if they held, then as if they slid.
-        let push = 0.5 * (force_now + self.force) + self.disturbance;
+        let &Friction { coulomb, viscous } = friction;
+        let more_viscous = (viscous - tuning.viscous) * self.v;
+        let push = 0.5 * (force_now + self.force) + self.disturbance - more_viscous;
         let per_mass = t / tuning.mass;
         let before = self.v;
         let held = (self.v + per_mass * (push - tuning.bristle_stiffness * self.bristle)) * tuning.rates.held;
@@ -80,7 +83,7 @@ impl Estimate {
             self.v = (self.v + per_mass * (push - side * coulomb)) * tuning.rates.sliding;
         }
         self.y += t * 0.5 * (before + self.v);
-        self.a = (self.force + self.disturbance - tuning.bristle_stiffness * self.bristle - tuning.viscous * self.v)
+        self.a = (self.force + self.disturbance - tuning.bristle_stiffness * self.bristle - viscous * self.v)
             / tuning.mass;
         theta
     }

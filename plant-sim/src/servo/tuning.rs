@@ -54,6 +54,8 @@ pub struct Tuning {
     pub stick_gain: f64,
     /// Stick: how fast the force follows, 1/s.
     pub stick_force_rate: f64,
+    /// Experiments.
+    pub x: [f64; 8],
     /// What the tick would otherwise divide by.
     pub rates: Rates,
 }
@@ -106,6 +108,7 @@ impl Tuning {
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: 3.0,
             stick_force_rate: law_w / 1.5,
+            x: [0.0; 8],
             rates: Rates::default(),
         }
         .finished()
