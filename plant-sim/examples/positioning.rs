@@ -55,15 +55,11 @@ fn main() {
         ] {
             *place *= value(name).unwrap_or(1.0);
         }
-        for (n, x) in tuning.x.iter_mut().enumerate() {
-            *x = value(&format!("x{n}")).unwrap_or(*x);
-        }
         tuning.stick_ticks = value("st").map_or(tuning.stick_ticks, |ticks| ticks as u32);
         tuning.coulomb_start = value("fc0").unwrap_or(tuning.coulomb_start);
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {
             *rate = value(name).unwrap_or(*rate);
         }
-        let tuning = tuning.finished();
         let on = |drawn: bool, seed: u64| bench(&rig, tuning, drawn, noise, seed, lost);
         let ticks = (2.5 / tick_s) as u32;
         println!(
@@ -90,7 +86,7 @@ fn main() {
                         e.force,
                         e.disturbance,
                         e.bristle * 1e6,
-                        s.friction.coulomb,
+                        s.body.coulomb,
                         s.valve.gain[0],
                         s.valve.gain[1],
                         s.valve.right,
@@ -164,19 +160,21 @@ fn main() {
                     if value("list").is_some() {
                         let (servo, (drawn, effects)) = (&bench.servo, plant_sim::servo::trials::draw(&rig, seed));
                         println!(
-                            "    {seed}: late {} noisy {} lag {:.1} fc {:.2} vis {:.2} (true {:.2}) gains {:.2?} zones {:.3?} {:.3?} (true {:.3} {:.3}) M {:.2} {effects:?}",
+                            "    {seed}: late {} noisy {} lag {:.1} fc {:.2} vis {:.2} (true {:.2}) gains {:.2?} zones {:.3} {:.3} (true {:.3} {:.3}) M {:.2} (true {:.2}) lag (true {:.1})",
                             run.settled_s.iter().filter(|t| t.is_infinite()).count(),
                             run.changes.iter().filter(|n| **n > 0).count(),
                             servo.lag.seconds * 1e3,
-                            servo.friction.coulomb / rig.friction.coulomb_n,
-                            servo.friction.viscous / tuning.viscous,
+                            servo.body.coulomb / rig.friction.coulomb_n,
+                            servo.body.viscous / tuning.viscous,
                             drawn.friction.coulomb_n / rig.friction.coulomb_n,
                             servo.valve.gain,
                             servo.valve.right,
                             servo.valve.left,
                             drawn.valve.dead_zone_right_v,
                             drawn.valve.dead_zone_left_v,
+                            servo.body.mass / rig.load.mass_kg,
                             drawn.load.mass_kg / rig.load.mass_kg,
+                            effects.get(plant_model::Effect::ValveLag).map_or(0.0, |lag| lag[0] * 1e3),
                         );
                     }
                     run

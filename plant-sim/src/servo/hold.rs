@@ -20,7 +20,7 @@ impl Hold {
     /// Decides whether to hold this tick. `resting` says that the reference has arrived.
     pub fn decide(&mut self, target: f64, resting: bool, now: [f64; 3], disturbance: f64, tuning: &Tuning) -> bool {
         for (mean, now) in self.mean.iter_mut().zip(now) {
-            *mean += tuning.rates.hold_mean * (now - *mean);
+            *mean += tuning.hold_weight * (now - *mean);
         }
         let [error, v, force] = self.mean;
         let [enter, leave] = tuning.hold_m;
@@ -33,7 +33,7 @@ impl Hold {
             self.ticks += 1;
             if self.ticks >= tuning.hold_ticks {
                 (self.on, self.target, self.force, self.pulse) = (true, target, force, 0.0);
-                self.load = if tuning.x[1] > 1.5 { 0.0 } else { disturbance };
+                self.load = disturbance;
             }
         } else {
             self.ticks = 0;
@@ -42,10 +42,10 @@ impl Hold {
     }
 
     /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse when the force has drifted by
-    /// `allowed` newton.
-    pub fn restoring_rate(&mut self, allowed: f64, tuning: &Tuning) -> f64 {
+    /// `allowed` newton away from the middle of what friction holds. Drift towards the middle only holds the piston safer.
+    pub fn restoring_rate(&mut self, allowed: f64) -> f64 {
         let drift = self.force - self.mean[2];
-        let outward = drift * (self.mean[2] + self.load) < 0.0 || tuning.x[1] == 0.0;
+        let outward = drift * (self.mean[2] + self.load) < 0.0;
         if drift.abs() > allowed && outward {
             self.pulse = drift.signum();
         }

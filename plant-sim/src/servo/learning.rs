@@ -1,4 +1,8 @@
-//! Learning: valve gain, dead zone and Coulomb friction, slowly, within bounds, and only where the motion shows them.
+//! Learning: valve gain, dead zone, lag, friction and mass, slowly, within bounds, and only where the motion shows them.
+//!
+//! Each is a step of least mean squares (Åström and Wittenmark 1995, 2.5): the error, times the regressor, over one plus
+//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which friction
+//! and mass explain.
 
 use super::air::Air;
 use super::inversion::ValveModel;
@@ -17,6 +21,10 @@ const GAIN: [f64; 2] = [0.4, 1.8];
 const ZONE: [f64; 2] = [0.75, 1.25];
 /// The friction over its nominal value.
 const FRICTION: [f64; 2] = [0.3, 1.5];
+/// The mass over its nominal value.
+const MASS: [f64; 2] = [0.6, 1.5];
+/// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
+const MASS_PART: f64 = 0.2;
 
 /// The spool's lag over its nominal lag.
 const LAG: [f64; 2] = [0.25, 3.5];
@@ -25,33 +33,15 @@ const LAG_RATE: f64 = 20.0;
 /// Change of angle above which the force tells the lag, rad/s.
 const TURNING: f64 = 50.0;
 
-/// The spool's lag: a spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`.
-pub fn learn_lag(lag: &mut Lag, innovation: &Innovation, theta: f64, slope: f64, tuning: &Tuning) {
-    let t = tuning.tick_s;
-    let turn = (theta - lag.theta) / t;
-    lag.theta = theta;
-    // The innovation is the model's error behind the correction's own lag; so is what it is compared with.
-    lag.turn += (t * tuning.force_rate).min(1.0) * (turn - lag.turn);
-    let wrong = tuning.force_rate * innovation.force / slope;
-    let part = lag.turn / (lag.turn * lag.turn + TURNING * TURNING);
-    lag.seconds = (lag.seconds - LAG_RATE * t * wrong * part).clamp(LAG[0] * tuning.lag_s, LAG[1] * tuning.lag_s);
-}
-
-/// Friction as learned.
+/// The piston and its load as learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Friction {
+pub struct Body {
     /// Coulomb friction, N.
     pub coulomb: f64,
     /// Viscous friction, N s/m.
     pub viscous: f64,
-}
-
-impl Friction {
-    /// While sliding at `v` in m/s, N.
-    #[must_use]
-    pub fn level(&self, v: f64) -> f64 {
-        self.coulomb + self.viscous * v.abs()
-    }
+    /// Mass, kg.
+    pub mass: f64,
 }
 
 /// The spool's lag as learned.
@@ -59,22 +49,35 @@ impl Friction {
 pub struct Lag {
     /// The lag, s.
     pub seconds: f64,
-    pub(super) theta: f64,
-    pub(super) turn: f64,
+    theta: f64,
+    turn: f64,
 }
 
-/// Takes what one tick shows.
-pub fn learn(
-    valve: &mut ValveModel,
-    friction: &mut Friction,
-    estimate: &mut Estimate,
-    innovation: &Innovation,
-    theta: f64,
-    air: &Air,
-    tuning: &Tuning,
-) {
+impl Lag {
+    /// The nominal lag.
+    #[must_use]
+    pub fn of(tuning: &Tuning) -> Self {
+        Self { seconds: tuning.lag_s, ..Self::default() }
+    }
+
+    /// A spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`.
+    pub fn learn(&mut self, innovation: &Innovation, theta: f64, slope: f64, tuning: &Tuning) {
+        let t = tuning.tick_s;
+        let turn = (theta - self.theta) / t;
+        self.theta = theta;
+        // The innovation is the model's error behind the correction's own lag; so is what it is compared with.
+        self.turn += (t * tuning.force_rate).min(1.0) * (turn - self.turn);
+        let wrong = tuning.force_rate * innovation.force / slope;
+        let part = self.turn / (self.turn * self.turn + TURNING * TURNING);
+        let [least, most] = LAG.map(|part| part * tuning.lag_s);
+        self.seconds = (self.seconds - LAG_RATE * t * wrong * part).clamp(least, most);
+    }
+}
+
+/// The valve's gain and dead zone, from what one tick shows.
+pub fn learn_valve(valve: &mut ValveModel, innovation: &Innovation, theta: f64, air: &Air, tuning: &Tuning) {
     let t = tuning.tick_s;
-    let [gain_rate, zone_rate, friction_rate] = tuning.learn;
+    let [gain_rate, zone_rate, _] = tuning.learn;
     let side = usize::from(theta < 0.0);
     let slope = valve.slope(theta, air);
     // A wrong rate of force stands as an innovation of that rate over the correction's.
@@ -90,18 +93,30 @@ pub fn learn(
         let nominal = tuning.zone_v[side];
         *zone = (*zone - zone_rate * t * outward).clamp(ZONE[0] * nominal, ZONE[1] * nominal);
     }
-    if estimate.v.abs() > SLIDING {
-        // Two regressors, one and the viscous part over the Coulomb part; the error in parts of the nominal Coulomb force.
-        let direction = estimate.v.signum();
-        let before = friction.level(estimate.v);
-        let part = tuning.viscous * estimate.v.abs() / tuning.coulomb;
-        let step = friction_rate * t * -estimate.disturbance * direction / (1.0 + part * part);
-        let within = |value: f64, nominal: f64| value.clamp(FRICTION[0] * nominal, FRICTION[1] * nominal);
-        friction.coulomb = within(friction.coulomb + step, tuning.coulomb);
-        if tuning.x[4] > 0.0 {
-            friction.viscous = within(friction.viscous + step * part * tuning.viscous / tuning.coulomb, tuning.viscous);
-        }
-        // What friction now explains is no longer a disturbance.
-        estimate.disturbance += (friction.level(estimate.v) - before) * direction;
+}
+
+/// Friction and mass, from what the disturbance of one tick shows.
+pub fn learn_body(body: &mut Body, estimate: &mut Estimate, tuning: &Tuning) {
+    if estimate.v.abs() < SLIDING {
+        return;
     }
+    // In parts of the nominal Coulomb force, along the motion.
+    let unit = tuning.coulomb * estimate.v.signum();
+    let wrong = -estimate.disturbance / unit;
+    let viscous = tuning.viscous * estimate.v / unit;
+    let inert = tuning.mass * estimate.a / unit;
+    let step = tuning.learn[2] * tuning.tick_s * wrong;
+    let friction_step = step / (1.0 + viscous * viscous);
+    let mass_step = MASS_PART * step * inert / (1.0 + inert * inert);
+    let learned = |value: f64, step: f64, nominal: f64, [least, most]: [f64; 2]| {
+        (value + step * nominal).clamp(least * nominal, most * nominal)
+    };
+    let before = *body;
+    body.coulomb = learned(before.coulomb, friction_step, tuning.coulomb, FRICTION);
+    body.viscous = learned(before.viscous, friction_step * viscous, tuning.viscous, FRICTION);
+    body.mass = learned(before.mass, mass_step, tuning.mass, MASS);
+    // What is now explained is no longer a disturbance.
+    estimate.disturbance += (body.coulomb - before.coulomb) * estimate.v.signum()
+        + (body.viscous - before.viscous) * estimate.v
+        + (body.mass - before.mass) * estimate.a;
 }

@@ -24,7 +24,7 @@ pub mod tuning;
 use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
-use learning::{Friction, Lag};
+use learning::{Body, Lag};
 use observer::Estimate;
 use plant_model::Rig;
 use reference::{Limits, Motion};
@@ -66,8 +66,8 @@ pub struct Servo {
     pub motion: Motion,
     /// The valve as learned.
     pub valve: ValveModel,
-    /// Friction as learned.
-    pub friction: Friction,
+    /// Friction and mass as learned.
+    pub body: Body,
     /// Hold.
     pub hold: Hold,
     /// Lag of the spool as learned.
@@ -91,9 +91,9 @@ impl Servo {
             estimate: Estimate { spool: tuning.centre_v, ..Estimate::default() },
             motion: Motion::default(),
             valve,
-            friction: Friction { coulomb: tuning.coulomb_start * tuning.coulomb, viscous: tuning.viscous },
+            body: Body { coulomb: tuning.coulomb_start * tuning.coulomb, viscous: tuning.viscous, mass: tuning.mass },
             hold: Hold::default(),
-            lag: Lag { seconds: tuning.lag_s, ..Lag::default() },
+            lag: Lag::of(&tuning),
             stream: Stream::default(),
             stick: Stick::default(),
             noise: 0.0,
@@ -124,15 +124,11 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.friction, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.lag, &self.body, &tuning);
         if seen.is_some() {
-            learning::learn_lag(&mut self.lag, &innovation, theta, self.valve.slope(theta, &air), &tuning);
-            let lag = self.lag.seconds;
-            self.tuning.rates.spool_keeps = (-t / lag).exp();
-            self.tuning.rates.spool_mean = lag / t * (1.0 - self.tuning.rates.spool_keeps);
-        }
-        if seen.is_some() {
-            learning::learn(&mut self.valve, &mut self.friction, &mut self.estimate, &innovation, theta, &air, &tuning);
+            self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
+            learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, &tuning);
         } else {
             self.estimate.unseen_force(&tuning);
         }
@@ -161,9 +157,15 @@ impl Servo {
         let was_holding = self.hold.on;
         let Aim { motion: aim, jerk: aim_jerk } = self.stream.take(target, &tuning.limits, t);
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
-        if self.hold.decide(target, resting, [target - estimate.y, estimate.v, estimate.force], estimate.disturbance, &tuning) {
+        if self.hold.decide(
+            target,
+            resting,
+            [target - estimate.y, estimate.v, estimate.force],
+            estimate.disturbance,
+            &tuning,
+        ) {
             self.stick = Stick::default();
-            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb, &tuning);
+            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb);
             if rate == 0.0 {
                 return self.valve.centre;
             }
@@ -191,15 +193,14 @@ impl Servo {
         let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
         let jerk =
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
-        let rate = tuning.mass * jerk + air.stiffness * estimate.v;
+        let rate = self.body.mass * jerk + air.stiffness * estimate.v;
         let slope = self.valve.slope(rate, air);
         let most = self.valve.most_angle();
         let asked = rate / slope;
         let theta = asked.clamp(-most, most);
         // What the valve cannot give, the reference does not ask for.
-        let excess = (theta - asked) * slope / tuning.mass;
-        let most_jerk = if tuning.x[0] > 0.0 { tuning.x[0] * tuning.limits.jerk } else { 1e9 };
-        self.motion = r.after((jerk_r + excess).clamp(-most_jerk, most_jerk), t);
+        let excess = (theta - asked) * slope / self.body.mass;
+        self.motion = r.after(jerk_r + excess, t);
         self.valve.command(theta, tuning.blend)
     }
 

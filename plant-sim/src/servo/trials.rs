@@ -158,20 +158,6 @@ pub fn stream(bench: &mut Bench, wave: Wave, seed: u64) -> (f64, f64) {
 pub fn bench(nominal: &Rig<f64>, tuning: Tuning, drawn: bool, noise: f64, seed: u64, lost: Lost) -> Bench {
     let study = Effects::none().with(Effect::ValveLag, &[tuning.lag_s]);
     let (rig, effects) = if drawn { draw(nominal, seed) } else { (*nominal, study) };
-    let mut tuning = tuning;
-    if drawn && tuning.x[2] > 0.0 {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xD2A3);
-        for _ in 0..5 { let _: f64 = rng.random(); }
-        let lag = 0.5e-3 + 4.5e-3 * rng.random::<f64>();
-        tuning.lag_s = lag;
-        if tuning.x[2] > 1.5 {
-            let w = tuning.law_w.min(0.32 / (1.5 * tuning.tick_s + lag));
-            tuning.observer_w *= w / tuning.law_w;
-            tuning.stick_force_rate *= w / tuning.law_w;
-            tuning.law_w = w;
-        }
-        tuning = tuning.finished();
-    }
     let mut bench = Bench::new(&rig, &effects, Servo::new(nominal, tuning), noise, seed).expect("a valid rig");
     bench.lost = lost;
     bench

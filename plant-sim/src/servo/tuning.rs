@@ -42,8 +42,6 @@ pub struct Tuning {
     pub hold_m: [f64; 2],
     /// Hold: enter below this speed, m/s.
     pub hold_speed: f64,
-    /// Hold: time over which its error, speed and force are means, s.
-    pub hold_mean_s: f64,
     /// Hold: ticks of rest before entering.
     pub hold_ticks: u32,
     /// Stick: mean speed below which the piston sticks, m/s.
@@ -54,25 +52,8 @@ pub struct Tuning {
     pub stick_gain: f64,
     /// Stick: how fast the force follows, 1/s.
     pub stick_force_rate: f64,
-    /// Experiments.
-    pub x: [f64; 8],
-    /// What the tick would otherwise divide by.
-    pub rates: Rates,
-}
-
-/// Precomputed quotients.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rates {
-    /// Part of the distance to the command that the spool still has after a tick.
-    pub spool_keeps: f64,
-    /// The same, mean over the tick.
-    pub spool_mean: f64,
-    /// Weight of a new value in the means of hold.
-    pub hold_mean: f64,
-    /// Of the velocity, with the bristles holding.
-    pub held: f64,
-    /// Of the velocity, with the bristles sliding.
-    pub sliding: f64,
+    /// Hold: weight of a new value in the means of error, speed and force.
+    pub hold_weight: f64,
 }
 
 impl Tuning {
@@ -102,16 +83,13 @@ impl Tuning {
             learn: [10.0, 5.0, 4.5],
             hold_m: [22e-6, 45e-6],
             hold_speed: 3e-3,
-            hold_mean_s: 8e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: 3.0,
             stick_force_rate: law_w / 1.5,
-            x: [0.0; 8],
-            rates: Rates::default(),
+            hold_weight: tick_s / 8e-3,
         }
-        .finished()
     }
 
     /// The same with hold and stick judging `scale` times as coarsely, for a noisier position.
@@ -120,21 +98,6 @@ impl Tuning {
         self.hold_m = self.hold_m.map(|limit| scale * limit);
         self.hold_speed *= scale;
         self.stick_speed *= scale;
-        self
-    }
-
-    /// The same with its quotients computed anew, after a constant was changed.
-    #[must_use]
-    pub fn finished(mut self) -> Self {
-        let (t, m) = (self.tick_s, self.mass);
-        let keeps = if self.lag_s > 0.0 { (-t / self.lag_s).exp() } else { 0.0 };
-        self.rates = Rates {
-            spool_keeps: keeps,
-            spool_mean: self.lag_s / t * (1.0 - keeps),
-            hold_mean: t / self.hold_mean_s,
-            held: 1.0 / (1.0 + t / m * (self.viscous + t * self.bristle_stiffness)),
-            sliding: 1.0 / (1.0 + t / m * self.viscous),
-        };
         self
     }
 }
