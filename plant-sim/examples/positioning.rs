@@ -52,6 +52,7 @@ fn main() {
             ("sv", &mut tuning.stick_speed),
             ("he", &mut tuning.hold_m[0]),
             ("hs", &mut tuning.hold_speed),
+            ("ss", &mut tuning.still_speed),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }

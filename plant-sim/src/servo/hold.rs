@@ -12,6 +12,7 @@ pub struct Hold {
     force: f64,
     pulse: f64,
     load: f64,
+    slow: f64,
     /// Mean error, velocity and force over the last few ticks.
     pub mean: [f64; 3],
 }
@@ -25,7 +26,11 @@ impl Hold {
         let [error, v, force] = self.mean;
         let [enter, leave] = tuning.hold_m;
         if self.on {
-            if (target - self.target).abs() > 5e-6 || error.abs() > leave {
+            // A piston that drifts away is seen at once, one that stands off its target by a mean without noise.
+            self.slow += tuning.hold_weight / 8.0 * (now[0] - self.slow);
+            let drifts = error.abs() > leave && error * v < -leave * tuning.still_speed;
+            let off = drifts || self.slow.abs() > leave || error.abs() > 2.0 * leave;
+            if (target - self.target).abs() > 5e-6 || off {
                 self.on = false;
                 self.ticks = 0;
             }
@@ -33,7 +38,7 @@ impl Hold {
             self.ticks += 1;
             if self.ticks >= tuning.hold_ticks {
                 (self.on, self.target, self.force, self.pulse) = (true, target, force, 0.0);
-                self.load = disturbance;
+                (self.load, self.slow) = (disturbance, error);
             }
         } else {
             self.ticks = 0;

@@ -29,9 +29,9 @@ const MASS_PART: f64 = 0.2;
 /// The spool's lag over its nominal lag.
 const LAG: [f64; 2] = [0.25, 3.5];
 /// How fast the lag is learned while the angle turns, 1/s.
-const LAG_RATE: f64 = 20.0;
+const LAG_RATE: f64 = 5.0;
 /// Change of angle above which the force tells the lag, rad/s.
-const TURNING: f64 = 50.0;
+const TURNING: f64 = 100.0;
 
 /// The piston and its load as learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

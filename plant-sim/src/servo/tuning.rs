@@ -44,6 +44,8 @@ pub struct Tuning {
     pub hold_speed: f64,
     /// Hold: ticks of rest before entering.
     pub hold_ticks: u32,
+    /// Hold: mean speed above which a piston moves for certain, m/s.
+    pub still_speed: f64,
     /// Stick: mean speed below which the piston sticks, m/s.
     pub stick_speed: f64,
     /// Stick: ticks before the force is led.
@@ -84,6 +86,7 @@ impl Tuning {
             hold_m: [22e-6, 45e-6],
             hold_speed: 3e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
+            still_speed: 0.8e-3,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: 3.0,
@@ -97,6 +100,7 @@ impl Tuning {
     pub fn coarser(mut self, scale: f64) -> Self {
         self.hold_m = self.hold_m.map(|limit| scale * limit);
         self.hold_speed *= scale;
+        self.still_speed *= scale;
         self.stick_speed *= scale;
         self
     }
