@@ -52,10 +52,12 @@ fn main() {
             ("sv", &mut tuning.stick_speed),
             ("he", &mut tuning.hold_m[0]),
             ("hs", &mut tuning.hold_speed),
-            ("ss", &mut tuning.still_speed),
+            ("hf", &mut tuning.hold_force),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }
+        tuning.hold_m[1] *= value("hl").unwrap_or(1.0);
+        tuning.coast_ticks = value("jt").map_or(tuning.coast_ticks, |ticks| ticks as u32);
         tuning.stick_ticks = value("st").map_or(tuning.stick_ticks, |ticks| ticks as u32);
         tuning.coulomb_start = value("fc0").unwrap_or(tuning.coulomb_start);
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {

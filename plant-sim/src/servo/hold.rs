@@ -26,10 +26,11 @@ impl Hold {
         let [error, v, force] = self.mean;
         let [enter, leave] = tuning.hold_m;
         if self.on {
-            // A piston that drifts away is seen at once, one that stands off its target by a mean without noise.
+            self.ticks = self.ticks.saturating_add(1);
+            // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
             self.slow += tuning.hold_weight / 8.0 * (now[0] - self.slow);
-            let drifts = error.abs() > leave && error * v < -leave * tuning.still_speed;
-            let off = drifts || self.slow.abs() > leave || error.abs() > 2.0 * leave;
+            let may_move = self.ticks < tuning.coast_ticks || (force - self.force).abs() > tuning.hold_force;
+            let off = may_move && error.abs() > leave || self.slow.abs() > 1.2 * leave || error.abs() > 2.0 * leave;
             if (target - self.target).abs() > 5e-6 || off {
                 self.on = false;
                 self.ticks = 0;

@@ -44,8 +44,10 @@ pub struct Tuning {
     pub hold_speed: f64,
     /// Hold: ticks of rest before entering.
     pub hold_ticks: u32,
-    /// Hold: mean speed above which a piston moves for certain, m/s.
-    pub still_speed: f64,
+    /// Hold: change of force that may have moved the piston, N.
+    pub hold_force: f64,
+    /// Hold: ticks after entering within which the piston may still coast.
+    pub coast_ticks: u32,
     /// Stick: mean speed below which the piston sticks, m/s.
     pub stick_speed: f64,
     /// Stick: ticks before the force is led.
@@ -76,17 +78,18 @@ impl Tuning {
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: 0.55,
+            coulomb_start: 0.7,
             lag_s,
             zone_v: [half_v; 2],
             centre_v,
             most_v: valve.max_voltage_v,
             blend: 0.01,
             learn: [10.0, 5.0, 4.5],
-            hold_m: [22e-6, 45e-6],
+            hold_m: [20e-6, 40e-6],
             hold_speed: 3e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
-            still_speed: 0.8e-3,
+            hold_force: 0.1 * friction.coulomb_n,
+            coast_ticks: (0.2 / tick_s) as u32,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: 3.0,
@@ -100,7 +103,6 @@ impl Tuning {
     pub fn coarser(mut self, scale: f64) -> Self {
         self.hold_m = self.hold_m.map(|limit| scale * limit);
         self.hold_speed *= scale;
-        self.still_speed *= scale;
         self.stick_speed *= scale;
         self
     }
