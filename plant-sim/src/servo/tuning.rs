@@ -86,7 +86,7 @@ impl Tuning {
             blend: 0.01,
             learn: [10.0, 5.0, 4.5],
             hold_m: [20e-6, 40e-6],
-            hold_speed: 3e-3,
+            hold_speed: 1.8e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
             hold_force: 0.1 * friction.coulomb_n,
             coast_ticks: (0.2 / tick_s) as u32,
