@@ -185,6 +185,15 @@ parameters! {
     StaticFriction = 56: rig.static_n;
     StribeckVelocity = 57: rig.stribeck_velocity_m_per_s;
     Breakaway = 58: rig.breakaway_m;
+    FillConductance = 90: rig.fill_conductance_m3_per_s_pa;
+    ExhaustConductance = 91: rig.exhaust_conductance_m3_per_s_pa;
+    FillCriticalRatio = 92: rig.fill_critical_ratio;
+    ExhaustCriticalRatio = 93: rig.exhaust_critical_ratio;
+    Inclination = 94: rig.inclination_deg;
+    HoseALength = 95: rig.a_length_m as "hose_a_length_m";
+    HoseADiameter = 96: rig.a_diameter_m as "hose_a_diameter_m";
+    HoseBLength = 97: rig.b_length_m as "hose_b_length_m";
+    HoseBDiameter = 98: rig.b_diameter_m as "hose_b_diameter_m";
 }
 
 impl ParameterInfo {
@@ -235,6 +244,32 @@ impl Parameter {
         })
     }
 
+    /// The key of its line, as messages of the checks name it.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self.source() {
+            Source::Control(key, _) => key.row().key,
+            Source::Monitor(key) => key.row().key,
+            Source::Rig(place) => place.key().path,
+            Source::Board(key) => key.row().key,
+        }
+    }
+
+    /// Whether a message about `key` is about it: of the rig, `key` may be one side of what stands for both.
+    fn is_meant_by(self, key: &str) -> bool {
+        match self.source() {
+            Source::Rig(place) if place.key().sides.iter().any(|side| side.key().path == key) => true,
+            _ => self.key() == key,
+        }
+    }
+
+    /// The parameter of a key that a check names, of a pair the end that has the value found.
+    #[must_use]
+    pub fn of_key(key: &str, value: f64, get: impl Fn(Self) -> f32) -> Option<Self> {
+        let meant = || Self::ALL.into_iter().filter(|parameter| parameter.is_meant_by(key));
+        meant().find(|parameter| f64::from(get(*parameter)) == value).or_else(|| meant().next())
+    }
+
     /// Which end it is of a pair that is one parameter elsewhere.
     #[must_use]
     pub const fn end(self) -> Option<End> {
@@ -267,7 +302,9 @@ impl Parameter {
                 plant_model::Place::fill_coefficient_kg_per_s_pa | plant_model::Place::exhaust_coefficient_kg_per_s_pa
             )
         );
-        Limits { low, high, pair: false, optional: limits.optional && !limits.pair && !flow, ..limits }
+        // Where 0 is a value it cannot mean absent.
+        let optional = limits.optional && !limits.pair && !flow && low > 0.0;
+        Limits { low, high, pair: false, optional, ..limits }
     }
 
     /// The value of a new board.

@@ -7,6 +7,23 @@ use crate::write::read_text;
 use control::{Config, ConfigError, Key, Parameters, Value};
 use std::path::Path;
 
+/// The parameters that follow from a rig file; [`parameters`] leaves all others at the firmware's defaults.
+pub const FROM_RIG: [Key; 13] = [
+    Key::position_range_m,
+    Key::pressure_range_pa,
+    Key::adc_bits,
+    Key::valve_range_v,
+    Key::dac_bits,
+    Key::tick_hz,
+    Key::dead_zone_right_v,
+    Key::dead_zone_left_v,
+    Key::slope_right,
+    Key::slope_left,
+    Key::max_voltage_v,
+    Key::pressure_limits_pa,
+    Key::supply_minimum_pa,
+];
+
 /// The parameters for a rig: its converters, its nominal dead zone and limits; everything else at the firmware's defaults
 /// (proportional gain 4 V/m).
 #[must_use]
@@ -103,6 +120,27 @@ pub fn keys_help() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parameters_that_follow_from_a_rig_are_those_that_change_with_it() {
+        let mut rig = RigFile::paper_a();
+        rig.io = crate::Io {
+            position_range_m: [-0.2, 0.3],
+            pressure_range_pa: [1.0e5, 1.1e6],
+            adc_bits: 14,
+            valve_range_v: [-6.0, 6.0],
+            dac_bits: 10,
+            tick_hz: 2000,
+        };
+        rig.rig.supply.pressure_pa = 6.0e5;
+        let valve = &mut rig.rig.valve;
+        (valve.dead_zone_right_v, valve.dead_zone_left_v, valve.max_voltage_v) = (0.3, -0.2, 4.0);
+        (valve.slope_right, valve.slope_left) = (1.1, 0.9);
+        let (found, default) = (parameters(&rig), Parameters::default());
+        for key in Key::ALL {
+            assert_eq!(found.get(key) != default.get(key), FROM_RIG.contains(&key), "{}", key.row().key);
+        }
+    }
 
     #[test]
     fn the_papers_rigs_get_the_firmwares_default_parameters() {

@@ -1,8 +1,11 @@
 //! `plant-sim board`: commands to the board over its virtual COM port.
 
+mod parameters;
+
 use super::CliError;
 use board_link::{Command, Generator, Parameter, Reply, Shape};
 use plant_sim::board::{BoardError, Client};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Talk to a board: state, setpoints, parameters.
@@ -53,13 +56,24 @@ enum Action {
         /// Name, e.g. gain_v_per_m; all without
         name: Option<String>,
     },
-    /// Change a parameter until the next restart
+    /// Change parameters until the next restart: several at once, or none of them
     Set {
-        /// Name, e.g. gain_v_per_m
-        name: String,
-        /// Value, SI units
-        #[arg(allow_negative_numbers = true)]
-        value: f32,
+        /// Name and value in SI units, e.g. gain_v_per_m 4; more of them where they belong together
+        #[arg(required = true, num_args = 2.., value_names = ["NAME", "VALUE"], allow_negative_numbers = true)]
+        values: Vec<String>,
+    },
+    /// Put the parameters of a file in force, all at once or none, until the next restart
+    #[command(
+        after_long_help = "A rig file (nominal, or extended by `plant-sim diagnose`) says converters, dead zone, limits \
+        and the rig's own numbers; gain, monitor and times stay as they are. A file that `board parameters --out` wrote says \
+        what it says."
+    )]
+    Apply {
+        /// Rig file, or parameters of a board (TOML)
+        file: PathBuf,
+        /// Write them to flash, too
+        #[arg(long)]
+        save: bool,
     },
     /// Write all parameters to flash
     Save,
@@ -75,8 +89,12 @@ enum Action {
     LastFault,
     /// Restart the board
     Restart,
-    /// List all parameters with range, default and meaning (no board needed)
-    Parameters,
+    /// List all parameters with range, default and meaning (no board needed), or write those of the board to a file
+    Parameters {
+        /// File for the board's present values; `board apply` takes it back
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
 }
 
 #[derive(clap::Args, Debug)]
@@ -127,16 +145,56 @@ fn failed(error: BoardError) -> CliError {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let command = match &arguments.action {
-        Action::Parameters => {
-            for parameter in Parameter::ALL {
-                let info = parameter.info();
-                say!("{:34} {:>12} ({})  {}", info.name, info.default, info.range(), info.words());
-            }
+    // What is typed is judged before a board is looked for.
+    let task = match &arguments.action {
+        Action::Parameters { out: None } => {
+            parameters::list();
             return Ok(());
         }
+        Action::Parameters { out: Some(out) } => Task::Write(out.clone()),
+        Action::Get { name: None } => Task::Show,
+        Action::Set { values } => Task::Set(parameters::pairs(values)?),
+        Action::Apply { file, save } => Task::Apply(file.clone(), parameters::read(file)?, *save),
+        other => Task::Ask(command(other)?),
+    };
+    let mut client = open(&arguments.port)?;
+    match task {
+        Task::Ask(command) => show(&client.ask(command).map_err(failed)?),
+        Task::Show => parameters::show(&mut client)?,
+        Task::Set(changes) => parameters::set(&mut client, &changes)?,
+        Task::Apply(path, file, save) => parameters::apply(&mut client, &path, &file, save)?,
+        Task::Write(out) => parameters::write(&mut client, &out)?,
+    }
+    Ok(())
+}
+
+/// What is to be done with a board.
+enum Task {
+    /// One command, its answer shown.
+    Ask(Command),
+    /// All values.
+    Show,
+    /// New values.
+    Set(Vec<plant_sim::commission::Change>),
+    /// New values of a file.
+    Apply(PathBuf, parameters::ToApply, bool),
+    /// All values to a file.
+    Write(PathBuf),
+}
+
+fn open(port: &str) -> Result<Client<Box<dyn serialport::SerialPort>>, CliError> {
+    let opened = serialport::new(port, 115_200).timeout(Duration::from_millis(50)).open().map_err(|error| {
+        CliError::Failed(format!(
+            "{port}: {error}; is the board plugged in, and may you use the port (Linux: group dialout)?"
+        ))
+    })?;
+    Client::open(opened, std::process::id()).map_err(failed)
+}
+
+/// The command of an action that is one question and one answer.
+fn command(action: &Action) -> Result<Command, CliError> {
+    Ok(match action {
         Action::Version => Command::Version,
-        Action::Status => Command::Status,
         Action::Arm => Command::Arm,
         Action::Disarm => Command::Disarm,
         Action::Acknowledge => Command::Acknowledge,
@@ -149,32 +207,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Action::Sine(motion) => motion.generator(Shape::Sine)?,
         Action::Identify(motion) => motion.generator(Shape::Identification)?,
         Action::Get { name: Some(name) } => Command::Get(parameter(name)?),
-        Action::Get { name: None } => Command::Status,
-        Action::Set { name, value } => Command::Set(parameter(name)?, *value),
         Action::Save => Command::Save,
         Action::Defaults => Command::Defaults,
         Action::Bench { switch } => Command::Bench { on: switch == "on" },
         Action::LastFault => Command::LastFault,
         Action::Restart => Command::Restart,
-    };
-    let port =
-        serialport::new(&arguments.port, 115_200).timeout(Duration::from_millis(50)).open().map_err(|error| {
-            CliError::Failed(format!(
-                "{}: {error}; is the board plugged in, and may you use the port (Linux: group dialout)?",
-                arguments.port
-            ))
-        })?;
-    let mut client = Client::open(port, std::process::id()).map_err(failed)?;
-    if matches!(arguments.action, Action::Get { name: None }) {
-        for parameter in Parameter::ALL {
-            if let Reply::Value(value) = client.ask(Command::Get(parameter)).map_err(failed)? {
-                say!("{:34} {value}", parameter.name());
-            }
-        }
-        return Ok(());
-    }
-    show(&client.ask(command).map_err(failed)?);
-    Ok(())
+        // `run` has taken the others out.
+        Action::Status
+        | Action::Parameters { .. }
+        | Action::Get { name: None }
+        | Action::Set { .. }
+        | Action::Apply { .. } => Command::Status,
+    })
 }
 
 fn show(reply: &Reply) {
