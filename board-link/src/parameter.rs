@@ -185,6 +185,14 @@ parameters! {
     StaticFriction = 56: rig.static_n;
     StribeckVelocity = 57: rig.stribeck_velocity_m_per_s;
     Breakaway = 58: rig.breakaway_m;
+    PositionOffset = 80: control.position_offset_m;
+    PositionGain = 81: control.position_gain;
+    PressureAOffset = 82: control.pressure_a_offset_pa;
+    PressureAGain = 83: control.pressure_a_gain;
+    PressureBOffset = 84: control.pressure_b_offset_pa;
+    PressureBGain = 85: control.pressure_b_gain;
+    SupplyOffset = 86: control.supply_offset_pa;
+    SupplyGain = 87: control.supply_gain;
     FillConductance = 90: rig.fill_conductance_m3_per_s_pa;
     ExhaustConductance = 91: rig.exhaust_conductance_m3_per_s_pa;
     FillCriticalRatio = 92: rig.fill_critical_ratio;
