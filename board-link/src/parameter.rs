@@ -304,7 +304,8 @@ impl Parameter {
             (None, None) => [limits.low, limits.high],
         };
         // A board always has both ends of a range, and where 0 is a value it cannot mean absent.
-        Limits { low, high, pair: false, optional: limits.optional && !limits.pair && low > 0.0, ..limits }
+        let optional = limits.optional && !limits.pair && low > 0.0;
+        Limits { low, high, pair: false, optional, ..limits }
     }
 
     /// The value of a new board.

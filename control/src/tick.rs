@@ -41,6 +41,8 @@ pub struct ExternalFaults {
     pub overrun: bool,
     /// The on-board model cannot explain the readings; already debounced by the monitor.
     pub model_disagreement: bool,
+    /// The valve output is not what was written; already debounced by the shell.
+    pub valve_output: bool,
 }
 
 /// What the controller hands out each tick.
@@ -189,7 +191,9 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     // What forbids running forbids arming too.
     let silent = state.mode == Mode::Run && state.host_silent >= config.command_time_out_ticks;
     let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
-    None.or(position.map(|fault| reason(fault, Channel::Position)))
+    // A valve that does not obey is no better while idle: the air is on.
+    None.or(inputs.faults.valve_output.then_some(Reason::ValveOutput))
+        .or(position.map(|fault| reason(fault, Channel::Position)))
         .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
         .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
         .or(supply.map(|fault| reason(fault, Channel::Supply)))

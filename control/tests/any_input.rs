@@ -32,6 +32,7 @@ fn inputs() -> impl Strategy<Value = Inputs> {
                 late_tick: f[1],
                 overrun: f[2],
                 model_disagreement: f[3] && f[0],
+                valve_output: f[3] && f[1] && f[2],
             },
         },
     )

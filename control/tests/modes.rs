@@ -149,6 +149,17 @@ fn the_monitors_word_is_taken_at_once() {
 }
 
 #[test]
+fn an_output_that_does_not_obey_trips_at_once_armed_or_not() {
+    let mut armed = Bench::armed();
+    armed.run(10);
+    let tripped = armed.until_safe(10, |_, inputs| inputs.faults.valve_output = true);
+    assert_eq!(tripped, (1, "safe:valve-output".to_owned()));
+    let mut idle = Bench::new(&Parameters::default(), ControllerState::boot(None));
+    assert_eq!(idle.run(1000), Mode::Idle);
+    assert_eq!(idle.until_safe(10, |_, inputs| inputs.faults.valve_output = true), tripped);
+}
+
+#[test]
 fn low_supply_trips_in_run_only() {
     let mut bench = Bench::new(&Parameters::default(), ControllerState::boot(None));
     bench.inputs.supply = Some(AdcCode(20_000)); // 3.05 bar: air still off

@@ -90,6 +90,7 @@ fuzz_target!(|bytes: &[u8]| {
                 late_tick: flags & 64 != 0,
                 overrun: flags & 128 != 0,
                 model_disagreement: false,
+                valve_output: false,
             },
         };
         for _ in 0..1 + bytes.byte() % 64 {

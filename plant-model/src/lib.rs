@@ -22,6 +22,7 @@ mod coefficients;
 mod command_path;
 pub mod dead_zone;
 pub mod effects;
+mod equilibrium;
 mod flow;
 pub mod friction;
 pub mod hose;

@@ -17,7 +17,21 @@ pub struct Bench {
     rng: Xoshiro256PlusPlus,
     /// The law with its memory.
     pub servo: Servo,
+    /// Pressure sensors that are not read.
+    pub lost: Lost,
     code: u32,
+}
+
+/// Pressure sensors that are not read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lost {
+    /// None.
+    #[default]
+    None,
+    /// That of chamber A.
+    A,
+    /// Both chambers'.
+    Both,
 }
 
 impl Bench {
@@ -39,6 +53,7 @@ impl Bench {
             sensors: channels(&io, &CodeNoise { position_m: 20e-6 * noise, pressure_pa: 400.0 * noise }),
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             code: io.valve().code(0.0),
+            lost: Lost::None,
             servo,
             io,
         })
@@ -64,8 +79,8 @@ impl Bench {
         let pressure = self.io.pressure();
         let readings = Readings {
             y: self.io.position().quantity(codes[0].into()),
-            p_a: pressure.quantity(codes[1].into()),
-            p_b: pressure.quantity(codes[2].into()),
+            p_a: (self.lost == Lost::None).then(|| pressure.quantity(codes[1].into())),
+            p_b: (self.lost != Lost::Both).then(|| pressure.quantity(codes[2].into())),
             p_sup: pressure.quantity(codes[3].into()),
         };
         let y = self.simulator.state().y_m;
@@ -98,7 +113,7 @@ pub struct Move {
 pub fn step(bench: &mut Bench, target: f64, ticks: u32) -> Move {
     let start = bench.simulator.state().y_m;
     let side = (target - start).signum();
-    let rest = ticks.saturating_sub(1000);
+    let rest = ticks.saturating_sub((1.0 / bench.servo.tuning.tick_s) as u32);
     let mut seen = Move::default();
     let (mut low, mut high, mut last) = (f64::INFINITY, f64::NEG_INFINITY, None);
     for tick in 0..ticks {
@@ -126,10 +141,11 @@ pub fn step(bench: &mut Bench, target: f64, ticks: u32) -> Move {
 #[must_use]
 pub fn sine(bench: &mut Bench, amplitude: f64, hz: f64) -> (f64, f64) {
     let (mut peak, mut sum) = (0.0_f64, 0.0);
-    let ticks = (3.0 / hz * 1000.0) as u32;
+    let tick_s = bench.servo.tuning.tick_s;
+    let ticks = (3.0 / hz / tick_s) as u32;
     let first = ticks / 3;
     for tick in 0..ticks {
-        let target = |tick: u32| amplitude * (2.0 * std::f64::consts::PI * hz * f64::from(tick) * 1e-3).sin();
+        let target = |tick: u32| amplitude * (2.0 * std::f64::consts::PI * hz * f64::from(tick) * tick_s).sin();
         let (y, _) = bench.tick(target(tick));
         if tick >= first {
             let error = y - target(tick);

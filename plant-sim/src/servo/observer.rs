@@ -47,6 +47,14 @@ impl Estimate {
         innovation
     }
 
+    /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
+    /// depend; the sum of both stays.
+    pub fn unseen_force(&mut self, tuning: &Tuning) {
+        let part = (5.0 * tuning.tick_s).min(1.0) * self.disturbance;
+        self.force += part;
+        self.disturbance -= part;
+    }
+
     /// Predicts the next tick with the command `u` in V acting meanwhile; returns the valve's angle.
     pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, coulomb: f64, tuning: &Tuning) -> f64 {
         let Rates { spool_keeps, spool_mean, .. } = tuning.rates;

@@ -18,27 +18,27 @@ use std::rc::Rc;
 const TICKS_PER_REQUEST: u32 = 8;
 
 /// A board with its rig.
-pub struct Simulated {
-    pub desk: Desk,
+pub(crate) struct Simulated {
+    desk: Desk,
     control_loop: ControlLoop,
     session: Session,
     accumulator: Accumulator,
     snapshot: Snapshot,
     /// The cylinder.
-    pub plant: Simulator<f64>,
+    pub(crate) plant: Simulator<f64>,
     /// Offset and gain by which each sensor reads: `shown = offset + gain · true`.
-    pub sensors: [[f64; 2]; 4],
+    pub(crate) sensors: [[f64; 2]; 4],
     noise: [f64; 4],
     converters: [Converter; 4],
     valve: Converter,
     code: u16,
     random: Xoshiro256PlusPlus,
     answers: VecDeque<u8>,
-    pub supply_pa: f64,
+    supply_pa: f64,
 }
 
 impl Simulated {
-    pub fn new(rig: &RigFile) -> Self {
+    pub(crate) fn new(rig: &RigFile) -> Self {
         let plant = Plant::new(&rig.rig, &rig.effects).expect("a rig");
         let [p_a, p_b] = rig.rig.equilibrium_pressures_pa();
         let state = plant.state_at_rest(0.0, p_a, p_b);
@@ -65,11 +65,11 @@ impl Simulated {
     }
 
     /// As a valve whose ports A and B are exchanged.
-    pub fn cross_the_ports(&mut self) {
+    pub(crate) fn cross_the_ports(&mut self) {
         self.valve = Converter::new([self.valve.quantity(4095), self.valve.quantity(0)], 12);
     }
 
-    pub fn run(&mut self, ticks: u32) {
+    pub(crate) fn run(&mut self, ticks: u32) {
         for _ in 0..ticks {
             let truth = quantities(&self.plant.measure());
             let mut codes = [0; 4];
@@ -111,7 +111,7 @@ impl Simulated {
 }
 
 /// The line to it; the test keeps another hold of the board.
-pub struct Line(pub Rc<RefCell<Simulated>>);
+pub(crate) struct Line(pub(crate) Rc<RefCell<Simulated>>);
 
 impl Read for Line {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
