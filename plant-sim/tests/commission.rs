@@ -9,9 +9,31 @@ use plant_sim::commission::dead_zone::{Search, SearchError, search};
 use plant_sim::commission::observe::{self, status};
 use plant_sim::commission::{from_rig, transfer};
 use rig_files::RigFile;
-use simulated_board::{Line, Simulated};
+use simulated_board::Simulated;
 use std::cell::RefCell;
+use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
 use std::rc::Rc;
+
+/// The line to a board; the test keeps another hold of it.
+struct Line(Rc<RefCell<Simulated>>);
+
+impl Read for Line {
+    fn read(&mut self, buffer: &mut [u8]) -> IoResult<usize> {
+        let bytes = self.0.borrow_mut().give(buffer.len());
+        buffer[..bytes.len()].copy_from_slice(&bytes);
+        if bytes.is_empty() { Err(Error::from(ErrorKind::TimedOut)) } else { Ok(bytes.len()) }
+    }
+}
+
+impl Write for Line {
+    fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
+        self.0.borrow_mut().take(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> IoResult<()> {
+        Ok(())
+    }
+}
 
 fn board(rig: &RigFile) -> (Rc<RefCell<Simulated>>, Client<Line>) {
     let board = Rc::new(RefCell::new(Simulated::new(rig)));
@@ -19,14 +41,8 @@ fn board(rig: &RigFile) -> (Rc<RefCell<Simulated>>, Client<Line>) {
     (board, client)
 }
 
-/// The piston held at `y_m` with both chambers at `p_pa`.
 fn place(board: &Rc<RefCell<Simulated>>, rig: &RigFile, y_m: f64, p_pa: [f64; 2]) {
-    let plant = plant_model::Plant::new(&rig.rig, &rig.effects).expect("a rig");
-    let state = plant.state_at_rest(y_m, p_pa[0], p_pa[1]);
-    let stepper = plant_model::Stepper::adaptive(&plant_model::Tolerance::standard());
-    let board = &mut *board.borrow_mut();
-    board.plant = plant_model::Simulator::from_state(plant, state, stepper);
-    board.run(10);
+    board.borrow_mut().place(rig, y_m, p_pa);
 }
 
 fn implausible<T: std::fmt::Debug>(result: Result<T, CalibrationError>) -> String {
@@ -166,7 +182,7 @@ fn a_search_without_air_or_with_crossed_ports_says_so_and_leaves_the_board_as_it
     (wide.rig.valve.dead_zone_right_v, wide.rig.valve.dead_zone_left_v) = (0.4, -0.4);
     wide.io.valve_range_v = [-5.0, 5.0];
     let (board, mut client) = board(&wide);
-    board.borrow_mut().cross_the_ports();
+    board.borrow_mut().valve = rig_files::Converter::new([5.0, -5.0], 12);
     let found = search(&mut client, &Search::default(), &|| false, &mut |_| ());
     assert!(matches!(&found, Err(SearchError::NotFound(why)) if why.contains("exchanged")), "{found:?}");
 }

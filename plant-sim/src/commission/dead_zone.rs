@@ -217,9 +217,9 @@ impl<P: Read + Write> Run<'_, P> {
     }
 
     /// Watches for the time that a voltage stands, or until air flows: until the mean of the last few answers has left that of
-    /// `before`. Returns what was seen, and by how much p_a − p_b has changed if it was flow, Pa.
+    /// `before`, in a pressure, or in the position of a piston that a little force moves. Returns what was seen, and, if it was
+    /// flow, its direction: positive fills chamber A.
     fn watch(&mut self, before: Option<&Observation>) -> Result<(Observation, Option<f64>), SearchError> {
-        let channels = [Channel::PressureA, Channel::PressureB].map(Channel::index);
         let mut seen = Observation::default();
         let mut begun = None;
         loop {
@@ -227,20 +227,35 @@ impl<P: Read + Write> Run<'_, P> {
             let begun = *begun.get_or_insert(status.ticks);
             let over = f64::from(status.ticks.wrapping_sub(begun)) >= DWELL_S * f64::from(self.tick_hz);
             seen.statuses.push(status);
-            if let (Some(before), Some(last)) = (before, seen.last(RECENT)) {
-                let change = channels.map(|channel| {
-                    let [old, new] = [before, &last].map(|seen| seen.quantity(self.settings, channel));
-                    let error = old.noise * (1.0 / RECENT as f64 + 1.0 / before.statuses.len() as f64).sqrt();
-                    (new.mean - old.mean, LEAST_PA.max(SIGNIFICANT * error))
-                });
-                if change.iter().any(|(change, limit)| change.abs() > *limit) {
-                    return Ok((seen, Some(change[0].0 - change[1].0)));
-                }
+            if let (Some(before), Some(last)) = (before, seen.last(RECENT))
+                && let Some(direction) = self.left(before, &last)
+            {
+                return Ok((seen, Some(direction)));
             }
             if over {
                 return Ok((seen, None));
             }
         }
+    }
+
+    /// In which direction something has changed, if it has.
+    fn left(&self, before: &Observation, last: &Observation) -> Option<f64> {
+        let samples = [before, last].map(|seen| 1.0 / seen.statuses.len() as f64);
+        let change = |channel: Channel, least: f64| {
+            let [old, new] = [before, last].map(|seen| seen.quantity(self.settings, channel.index()));
+            let error = old.noise * (samples[0] + samples[1]).sqrt();
+            (new.mean - old.mean, least.max(SIGNIFICANT * error))
+        };
+        let signals = [
+            (1.0, change(Channel::PressureA, LEAST_PA)),
+            (-1.0, change(Channel::PressureB, LEAST_PA)),
+            (1.0, change(Channel::Position, STILL_M)),
+        ];
+        // By the signal that tells it most clearly.
+        let (sign, (change, limit)) = signals
+            .into_iter()
+            .max_by(|(_, (a, of_a)), (_, (b, of_b))| (a.abs() / of_a).total_cmp(&(b.abs() / of_b)))?;
+        (change.abs() > limit).then_some(sign * change.signum())
     }
 
     /// Brings piston and pressures to rest with the valve at mid; returns what is seen then.
@@ -299,10 +314,10 @@ impl<P: Read + Write> Run<'_, P> {
             let (seen, flow) = self.watch(Some(&before))?;
             // As the valve got it: the piston may have crept.
             let given = seen.valve_v(self.settings).mean;
-            if let Some(change) = flow {
+            if let Some(direction) = flow {
                 // Enough: what has begun to move shall not get far.
                 self.hold(seen.last(1).map_or(rest_m, |last| self.position(&last).mean))?;
-                return if change * side > 0.0 {
+                return if direction * side > 0.0 {
                     Ok([below, given])
                 } else {
                     Err(SearchError::NotFound(format!(

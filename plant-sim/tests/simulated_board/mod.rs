@@ -9,10 +9,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Converter, RigFile};
-use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::io::{Error, ErrorKind, Read, Result, Write};
-use std::rc::Rc;
 
 /// Ticks that pass with a request: what its two frames take on the line at 115 200 baud.
 const TICKS_PER_REQUEST: u32 = 8;
@@ -30,7 +27,8 @@ pub(crate) struct Simulated {
     pub(crate) sensors: [[f64; 2]; 4],
     noise: [f64; 4],
     converters: [Converter; 4],
-    valve: Converter,
+    /// What a code makes the valve do.
+    pub(crate) valve: Converter,
     code: u16,
     random: Xoshiro256PlusPlus,
     answers: VecDeque<u8>,
@@ -64,11 +62,6 @@ impl Simulated {
         board
     }
 
-    /// As a valve whose ports A and B are exchanged.
-    pub(crate) fn cross_the_ports(&mut self) {
-        self.valve = Converter::new([self.valve.quantity(4095), self.valve.quantity(0)], 12);
-    }
-
     pub(crate) fn run(&mut self, ticks: u32) {
         for _ in 0..ticks {
             let truth = quantities(&self.plant.measure());
@@ -89,6 +82,29 @@ impl Simulated {
         }
     }
 
+    /// Bytes of the host.
+    pub(crate) fn take(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(Ok(request)) = self.accumulator.push::<Request>(*byte) {
+                self.answer(&request);
+            }
+        }
+    }
+
+    /// Bytes for the host, so many at most.
+    pub(crate) fn give(&mut self, most: usize) -> Vec<u8> {
+        let count = self.answers.len().min(most);
+        self.answers.drain(..count).collect()
+    }
+
+    /// The piston held at `y_m` with both chambers at these pressures, as if by hand.
+    pub(crate) fn place(&mut self, rig: &RigFile, y_m: f64, p_pa: [f64; 2]) {
+        let plant = Plant::new(&rig.rig, &rig.effects).expect("a rig");
+        let state = plant.state_at_rest(y_m, p_pa[0], p_pa[1]);
+        self.plant = Simulator::from_state(plant, state, Stepper::adaptive(&Tolerance::standard()));
+        self.run(10);
+    }
+
     fn answer(&mut self, request: &Request) {
         let answer = match self.session.admit(request, 77) {
             Admission::Answer(answer) => answer,
@@ -107,34 +123,5 @@ impl Simulated {
         };
         self.run(TICKS_PER_REQUEST);
         self.answers.extend(encode(&answer, &mut [0; FRAME_BYTES]).expect("fits"));
-    }
-}
-
-/// The line to it; the test keeps another hold of the board.
-pub(crate) struct Line(pub(crate) Rc<RefCell<Simulated>>);
-
-impl Read for Line {
-    fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
-        let answers = &mut self.0.borrow_mut().answers;
-        let count = answers.len().min(buffer.len());
-        for (slot, byte) in buffer.iter_mut().zip(answers.drain(..count)) {
-            *slot = byte;
-        }
-        if count == 0 { Err(Error::from(ErrorKind::TimedOut)) } else { Ok(count) }
-    }
-}
-
-impl Write for Line {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
-        let mut board = self.0.borrow_mut();
-        for byte in bytes {
-            if let Some(Ok(request)) = board.accumulator.push::<Request>(*byte) {
-                board.answer(&request);
-            }
-        }
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> Result<()> {
-        Ok(())
     }
 }
