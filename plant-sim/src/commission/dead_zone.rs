@@ -1,5 +1,5 @@
 //! A search for the valve's dead zone with the air on: small valve voltages in small steps, until a chamber's pressure begins to
-//! change.
+//! change or the piston to move.
 //!
 //! The board's proportional law makes the voltages: with the gain `K`, a reference `u / K` away from the resting piston asks the
 //! valve for `u`. If the piston starts to move, it moves towards the reference, and the voltage falls by itself: the piston cannot

@@ -12,6 +12,9 @@ use plant_model::effects::identification::StandsFor;
 use plant_model::{ParameterError, Plant, Rig};
 use rig_files::{BOTH_SIDES, RigFile, rig_key};
 
+/// Effects that are a sensor's own.
+const OF_SENSORS: [Effect; 3] = [Effect::PositionScale, Effect::PressureAOffset, Effect::PressureBOffset];
+
 /// Parameters that follow from a rig file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FromRig {
@@ -95,6 +98,10 @@ fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterErr
             StandsFor::FactorOn(keys) => keys.iter().for_each(|key| edit(key, &|old| first * old)),
             StandsFor::AddedTo(keys) => keys.iter().for_each(|key| edit(key, &|old| old + first)),
             StandsFor::Nothing if effect == Effect::ValveDeadZone => {}
+            // What a log shows of a sensor is left over from the calibration it was recorded with: applied twice it would be wrong.
+            StandsFor::Nothing if OF_SENSORS.contains(&effect) => {
+                notes.push(format!("`{}` is corrected on the board by `calibrate`, not by this file", effect.id()));
+            }
             StandsFor::Nothing => {
                 notes.push(format!("the board's model has no effect `{}`: it goes without", effect.id()))
             }
