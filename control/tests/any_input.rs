@@ -99,6 +99,14 @@ proptest! {
         let p = Parameters {
             position_range_m: [n[0], n[1]],
             pressure_range_pa: [n[2], n[3]],
+            position_offset_m: n[5],
+            position_gain: n[6],
+            pressure_a_offset_pa: n[7],
+            pressure_a_gain: n[8],
+            pressure_b_offset_pa: n[9],
+            pressure_b_gain: n[10],
+            supply_offset_pa: n[11],
+            supply_gain: n[12],
             adc_bits: bits.0 % 20,
             valve_range_v: [n[4], n[5]],
             dac_bits: bits.1 % 20,
@@ -151,6 +159,10 @@ proptest! {
                 15 => &mut p.glitch_time_s,
                 16 => &mut p.stuck_time_s,
                 17 => &mut p.self_test_time_s,
+                18 => &mut p.position_gain,
+                19 => &mut p.position_offset_m,
+                20 => &mut p.pressure_b_gain,
+                21 => &mut p.supply_offset_pa,
                 _ => &mut p.supply_minimum_pa,
             };
             *slot = *value;
