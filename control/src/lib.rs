@@ -37,6 +37,7 @@
 #![forbid(unsafe_code)]
 
 mod arithmetic;
+mod calibration;
 pub mod codes;
 pub mod config;
 pub mod dead_zone_inverse;

@@ -52,6 +52,23 @@ parameter_table! {
     // The format of pressures ends at 8.39 MPa.
     /// Pressure at code 0 and at the highest code, absolute; the same for the three pressure channels.
     pressure_range_pa: [f32; 2] = [0.0, 1.0e6], "Pa", -8.0e6 => 8.0e6, apart 1.0e3;
+    // A sensor whose calibration goes further than half or double has the wrong range.
+    /// Calibration of the position: added to the reading of its range times the gain; `plant-sim board calibrate` finds both.
+    position_offset_m: f32 = 0.0, "m", -1.0 => 1.0;
+    /// Calibration of the position: factor on the reading of its range.
+    position_gain: f32 = 1.0, "", 0.5 => 2.0;
+    /// Calibration of the pressure of chamber A: added to the reading of the range times the gain.
+    pressure_a_offset_pa: f32 = 0.0, "Pa", -1.0e6 => 1.0e6;
+    /// Calibration of the pressure of chamber A: factor on the reading of the range.
+    pressure_a_gain: f32 = 1.0, "", 0.5 => 2.0;
+    /// Calibration of the pressure of chamber B: added to the reading of the range times the gain.
+    pressure_b_offset_pa: f32 = 0.0, "Pa", -1.0e6 => 1.0e6;
+    /// Calibration of the pressure of chamber B: factor on the reading of the range.
+    pressure_b_gain: f32 = 1.0, "", 0.5 => 2.0;
+    /// Calibration of the supply pressure: added to the reading of the range times the gain.
+    supply_offset_pa: f32 = 0.0, "Pa", -1.0e6 => 1.0e6;
+    /// Calibration of the supply pressure: factor on the reading of the range.
+    supply_gain: f32 = 1.0, "", 0.5 => 2.0;
     /// Bits of an ADC code, hardware oversampling included.
     adc_bits: u8 = 16, "", 8 => 16;
     // The format of voltages ends at 128 V.

@@ -196,10 +196,10 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     let rail_is_fault = config.position_rail_is_fault || testing || !state.position.seen();
     // Every channel takes its code every tick, whatever the others say.
     let position = config.position.check(&mut state.position, inputs.position, rail_is_fault);
-    let pressure_a = config.pressure.check(&mut state.pressure_a, inputs.pressure_a, true);
-    let pressure_b = config.pressure.check(&mut state.pressure_b, inputs.pressure_b, true);
+    let pressure_a = config.pressure_a.check(&mut state.pressure_a, inputs.pressure_a, true);
+    let pressure_b = config.pressure_b.check(&mut state.pressure_b, inputs.pressure_b, true);
     let supply = if config.supply_sensor {
-        config.pressure.check(&mut state.supply, inputs.supply.unwrap_or(AdcCode(0)), true)
+        config.supply.check(&mut state.supply, inputs.supply.unwrap_or(AdcCode(0)), true)
     } else {
         None
     };
