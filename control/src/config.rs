@@ -22,6 +22,8 @@ pub struct Config {
     pub(crate) supply: ChannelLimits,
     pub(crate) freeze: FreezeLimits,
     pub(crate) supply_sensor: bool,
+    pub(crate) pressure_sensors: bool,
+    pub(crate) pressure_loss_trips: bool,
     pub(crate) position_rail_is_fault: bool,
     pub(crate) setpoint: SetpointLimits,
     pub(crate) law: Law,
@@ -145,6 +147,9 @@ impl Config {
             pressure_b,
             supply,
             supply_sensor: p.supply_sensor,
+            pressure_sensors: p.pressure_sensors,
+            // The paper's law has no model to go by.
+            pressure_loss_trips: p.pressure_loss_trips || p.law == LawChoice::Paper,
             position_rail_is_fault: margin > 0.0,
             setpoint,
             law: Law { gain_q16: scaled(gain, 16) as i32 },
