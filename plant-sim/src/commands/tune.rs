@@ -8,8 +8,8 @@ use rig_files::RigFile;
 
 /// Work out the positioning law's constants for a rig, its margins, and whether the rig can do what is asked.
 ///
-/// One rule for every rig (docs/control-law.md). The firmware does not run this law yet: the constants are those of its f64
-/// reference, which `cargo run --release -p plant-sim --example positioning` measures.
+/// One rule for every rig (docs/control-law.md), the one by which `plant-sim run`, `sweep`, `controller` and `board from-rig` set
+/// the firmware's parameters. What it reaches: `cargo run --release -p plant-sim --example positioning tick`.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  plant-sim tune --rig rigs/paper-a.toml --move-mm 45 --within-s 0.3")]
 pub(crate) struct Arguments {
