@@ -5,10 +5,11 @@
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
-use crate::parameters::{Key, Parameters, acceleration_range};
+use crate::parameters::{Key, LawChoice, Parameters, acceleration_range};
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
+use crate::servo::Tuning;
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
 use parameter_table::{Must, ParameterError};
 
@@ -24,6 +25,8 @@ pub struct Config {
     pub(crate) position_rail_is_fault: bool,
     pub(crate) setpoint: SetpointLimits,
     pub(crate) law: Law,
+    /// The positioning law, where it drives the valve.
+    pub(crate) servo: Option<Tuning>,
     pub(crate) inverse: DeadZoneInverse,
     pub(crate) dac: DacScale,
     pub(crate) safe_voltage: Voltage,
@@ -66,7 +69,7 @@ impl From<ConfigError> for ParameterError {
 }
 
 /// Says what `key` must be if a demand of another parameter is not met.
-fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
+pub(crate) fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
     if met { Ok(()) } else { Err(ConfigError { key: key.row().key, value, must: must.into() }) }
 }
 
@@ -76,7 +79,7 @@ fn within(value: f32, low: f64, high: f64) -> bool {
 }
 
 /// `value · 2^bits`, rounded to nearest; the caller's range check keeps it inside the result's type.
-fn scaled(value: f64, bits: u32) -> i64 {
+pub(crate) fn scaled(value: f64, bits: u32) -> i64 {
     let scaled = value * (1_u64 << bits) as f64;
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i64
 }
@@ -145,6 +148,10 @@ impl Config {
             position_rail_is_fault: margin > 0.0,
             setpoint,
             law: Law { gain_q16: scaled(gain, 16) as i32 },
+            servo: match p.law {
+                LawChoice::Paper => None,
+                LawChoice::Servo => Some(Tuning::new(p, &inverse)?),
+            },
             inverse,
             dac,
             safe_voltage,
