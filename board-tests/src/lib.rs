@@ -10,12 +10,14 @@
 //! | the checks, one file each | `checks/` |
 //! | the board on the table | `table.rs` |
 //! | the emulated board | `emulated.rs` |
+//! | the bootloader in ROM, for tests of updates | `rom_model.rs` |
 //!
 //! `POSITIONER_PORT=/dev/ttyACM0 cargo test -p board-tests -- --nocapture` runs them on a board.
 
 pub mod bench;
 pub mod checks;
 pub mod emulated;
+pub mod rom_model;
 pub mod table;
 
 pub use bench::{Bench, Failure, Outcome, Session};
