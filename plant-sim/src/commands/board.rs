@@ -2,6 +2,7 @@
 
 mod measure;
 mod parameters;
+mod update;
 
 use super::{CliError, in_range};
 use board_link::{Command, Generator, Parameter, Reply, Shape};
@@ -122,6 +123,21 @@ enum Action {
     LastFault,
     /// Restart the board
     Restart,
+    /// New firmware over the serial line; the parameters stay
+    #[command(
+        after_long_help = "The file is checked first: chip, board, protocol, layout of the parameters. The board leaves for the \
+        bootloader in its ROM, with the valve at mid and the air off, and starts the new firmware when all of it has been read back."
+    )]
+    Update {
+        /// What `cargo fw` makes: target/thumbv7em-none-eabihf/firmware/firmware
+        file: PathBuf,
+        /// The board waits in its bootloader already: an update that was cut, or BOOT0 tied to 3.3 V
+        #[arg(long)]
+        in_bootloader: bool,
+        /// The new firmware stores parameters in another layout: they are lost
+        #[arg(long)]
+        new_parameters: bool,
+    },
     /// List all parameters with range, default and meaning (no board needed), or write those of the board to a file
     Parameters {
         /// File for the board's present values; `board apply` takes it back
@@ -199,6 +215,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
         }
+        Action::Update { file, in_bootloader, new_parameters } => {
+            let image = update::read(file)?;
+            return update::update(&arguments.port, &image, *in_bootloader, *new_parameters);
+        }
         other => Task::Ask(command(other)?),
     };
     let mut client = open(&arguments.port)?;
@@ -267,6 +287,7 @@ fn command(action: &Action) -> Result<Command, CliError> {
         // `run` has taken the others out.
         Action::Status
         | Action::Calibrate { .. }
+        | Action::Update { .. }
         | Action::DeadZone { .. }
         | Action::Parameters { .. }
         | Action::Get { name: None }

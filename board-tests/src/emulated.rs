@@ -1,0 +1,76 @@
+//! The emulated board: the same file that would be flashed, on the emulated chip, its output wired to its inputs.
+
+use crate::bench::Bench;
+use plant_sim::emulated::EmulatedError;
+use plant_sim::emulated::board::Board;
+use plant_sim::emulated::line::Line;
+use stm32_emulator::analog::Analog;
+use stm32_emulator::peripherals::adc::Conversion;
+use stm32_emulator::time::{Time, from_seconds, to_seconds};
+
+/// 12-bit code of a pin that nothing drives: the output stage's resistors hold it at mid.
+const MID: u16 = 2048;
+
+/// A wire from the output to every input.
+#[derive(Clone, Debug, Default)]
+pub struct LoopBack {
+    pin: Option<u16>,
+}
+
+impl Analog for LoopBack {
+    fn convert(&mut self, _: &Conversion) -> u16 {
+        self.pin.unwrap_or(MID)
+    }
+    fn output(&mut self, _: Time, code: Option<u16>) {
+        self.pin = code;
+    }
+}
+
+/// The chip with its wires.
+pub struct Emulated {
+    board: Board<LoopBack>,
+}
+
+impl Emulated {
+    /// A chip with this firmware, just powered up.
+    ///
+    /// # Errors
+    /// The file is no firmware for the chip.
+    pub fn power_up(elf: &[u8]) -> Result<Self, EmulatedError> {
+        let mut board = Board::power_up(elf, LoopBack::default())?;
+        board.run(0.3)?;
+        Ok(Self { board })
+    }
+
+    /// The board.
+    pub fn board(&mut self) -> &mut Board<LoopBack> {
+        &mut self.board
+    }
+}
+
+impl Bench for Emulated {
+    type Port<'a> = Line<'a, LoopBack>;
+
+    fn port(&mut self) -> Self::Port<'_> {
+        Line::to(&mut self.board)
+    }
+
+    fn seconds(&mut self) -> f64 {
+        to_seconds(self.board.now())
+    }
+
+    fn pause(&mut self, seconds: f64) {
+        // What the chip cannot do any more shows in the next answer, or in its absence.
+        let _ = self.board.run(seconds);
+    }
+
+    fn halt(&mut self, seconds: f64) -> Option<Result<(), String>> {
+        // Time passes, and no instruction.
+        self.board.machine().chip.now += from_seconds(seconds);
+        Some(self.board.run(0.001).map_err(|error| error.to_string()))
+    }
+
+    fn looped_back(&self) -> bool {
+        true
+    }
+}
