@@ -42,6 +42,8 @@ pub struct Cylinder {
     random: Xoshiro256PlusPlus,
     valve: Converter,
     supply_pa: f64,
+    force_n: f64,
+    plugged: bool,
     code: Option<u16>,
     simulated_to: Time,
     sum: u32,
@@ -64,6 +66,8 @@ impl Cylinder {
             random: Xoshiro256PlusPlus::seed_from_u64(seed),
             valve: rig.io.valve(),
             supply_pa: rig.rig.supply.pressure_pa,
+            force_n: 0.0,
+            plugged: true,
             code: None,
             simulated_to: 0,
             sum: 0,
@@ -77,6 +81,27 @@ impl Cylinder {
         &self.sampled
     }
 
+    /// Pushes the piston with a force in N, positive towards chamber B, until told otherwise.
+    pub fn push(&mut self, force_n: f64) {
+        self.force_n = force_n;
+    }
+
+    /// Another supply pressure, Pa absolute.
+    pub fn set_supply(&mut self, supply_pa: f64) {
+        self.supply_pa = supply_pa;
+    }
+
+    /// Plugs all sensors in, or off: an open input reads zero.
+    pub fn plug(&mut self, plugged: bool) {
+        self.plugged = plugged;
+    }
+
+    /// The true position now, m.
+    #[must_use]
+    pub fn position_m(&self) -> f64 {
+        self.simulator.state().y_m
+    }
+
     /// The valve's voltage now, V; the output stage holds it at mid while the pin is high impedance.
     #[must_use]
     pub fn valve_v(&self) -> f64 {
@@ -84,7 +109,7 @@ impl Cylinder {
     }
 
     fn advance(&mut self, to: Time) {
-        let inputs = Inputs { u_v: self.valve_v(), external_force_n: 0.0, supply_pa: self.supply_pa };
+        let inputs = Inputs { u_v: self.valve_v(), external_force_n: self.force_n, supply_pa: self.supply_pa };
         let seconds = to_seconds(to.saturating_sub(self.simulated_to));
         if seconds > 0.0 {
             self.simulator.advance_with(&inputs, seconds);
@@ -104,7 +129,7 @@ impl Analog for Cylinder {
             }
             let noise = if self.noisy { StandardNormal.sample(&mut self.random) } else { 0.0 };
             // A channel that nothing is wired to reads zero.
-            let wired = CHANNELS.iter().position(|channel| *channel == conversion.channel);
+            let wired = CHANNELS.iter().position(|channel| *channel == conversion.channel && self.plugged);
             let truth = quantities(&self.simulator.measure());
             self.sum = wired.map_or(0, |index| sum_of_code(self.sensors[index].code(truth[index], noise)));
             self.sampled.sums[rank] = self.sum as u16;
