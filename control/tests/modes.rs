@@ -91,7 +91,7 @@ fn a_limited_reference_starts_where_the_piston_is() {
     bench.inputs.position = AdcCode(32_768 + 200); // moved by hand while idle
     bench.run(100);
     let outputs = bench.tick(|inputs| inputs.command = Some(OperatorCommand::Arm));
-    let start = bench.config.scales().0.position(AdcCode(32_968));
+    let start = bench.config.scales()[0].position(AdcCode(32_968));
     assert!((outputs.telemetry.reference - start).abs() <= Position::from_num(1.01e-4));
 }
 

@@ -7,7 +7,7 @@ use crate::effects::{Added, ChamberFlow, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
 use crate::hose::{self, Hose};
 use crate::measurement::Measurement;
-use crate::opening_table::OpeningCurve;
+use crate::opening::OpeningCurve;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
 use crate::valve_flow::{Opening, Orifices};
@@ -201,7 +201,7 @@ impl<R: Real> Plant<R> {
         Self {
             orifices_a,
             orifices_b,
-            curve: OpeningCurve::of(&rig.opening),
+            curve: added.opening_curve.curve.map(OpeningCurve::Parabola).or_else(|| OpeningCurve::of(&rig.opening)),
             weight_n,
             lugre: LuGre {
                 stiffness: model.stiffness,

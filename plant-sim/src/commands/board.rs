@@ -1,11 +1,14 @@
 //! `plant-sim board`: commands to the board over its virtual COM port.
 
 mod bench;
+mod measure;
 mod parameters;
 
-use super::CliError;
+use super::{CliError, in_range};
 use board_link::{Command, Generator, Parameter, Reply, Shape};
 use plant_sim::board::{BoardError, Client};
+use plant_sim::commission::calibrate::Channel;
+use plant_sim::commission::dead_zone::Search;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -86,6 +89,36 @@ enum Action {
         /// Rig file, or parameters of a board (TOML)
         file: PathBuf,
         /// Write them to flash, too
+        #[arg(long)]
+        save: bool,
+    },
+    /// Two-point calibration of a sensor: offset and gain from two known states
+    #[command(after_long_help = "EXAMPLE: the piston first at one end stop, then at the other\n  \
+        plant-sim board --port /dev/ttyACM0 calibrate position -0.25 0.25\n\
+        EXAMPLE: a chamber open to the air, then at the supply pressure that a gauge shows\n  \
+        plant-sim board --port /dev/ttyACM0 calibrate pressure-a 1.013e5 7.0e5")]
+    Calibrate {
+        /// Which sensor
+        channel: measure::ChannelName,
+        /// The two known values, m from mid-stroke or Pa absolute
+        #[arg(num_args = 2, required = true, value_names = ["FIRST", "SECOND"], allow_negative_numbers = true)]
+        values: Vec<f64>,
+        /// Write the result to flash, too
+        #[arg(long)]
+        save: bool,
+    },
+    /// Search the valve's dead zone: small moves about where the piston stands, with the air on
+    DeadZone {
+        /// Largest voltage tried, V about mid
+        #[arg(long, default_value_t = 1.0, value_name = "V")]
+        limit: f64,
+        /// Passes in each direction
+        #[arg(long, default_value_t = 2, value_name = "N")]
+        passes: usize,
+        /// Let the controller compensate what was found, until the next start
+        #[arg(long)]
+        apply: bool,
+        /// The same, and write it to flash
         #[arg(long)]
         save: bool,
     },
@@ -180,6 +213,17 @@ fn task(action: &Action) -> Result<Option<Task>, CliError> {
         Action::Get { name: None } => Task::Show,
         Action::Set { values } => Task::Set(parameters::pairs(values)?),
         Action::Apply { file, save } => Task::Apply(file.clone(), parameters::read(file)?, *save),
+        Action::Calibrate { channel, values, save } => match values[..] {
+            [first, second] if first.is_finite() && second.is_finite() && first != second => {
+                Task::Calibrate((*channel).into(), [first, second], *save)
+            }
+            _ => return Err(CliError::Usage("give two different values, m or Pa".into())),
+        },
+        Action::DeadZone { limit, passes, apply, save } => {
+            in_range("--limit", *limit, 0.1, 5.0, "V")?;
+            in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
+            Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
+        }
         other => Task::Ask(command(other)?),
     }))
 }
@@ -190,6 +234,10 @@ fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), 
         Task::Show => parameters::show(client)?,
         Task::Set(changes) => parameters::set(client, &changes)?,
         Task::Apply(path, file, save) => parameters::apply(client, &path, &file, save)?,
+        Task::Calibrate(channel, values, save) => {
+            measure::calibrate(client, channel, values, save, measure::ask_person)?;
+        }
+        Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
         Task::Write(out) => parameters::write(client, &out)?,
     }
     Ok(())
@@ -205,6 +253,10 @@ enum Task {
     Set(Vec<plant_sim::commission::Change>),
     /// New values of a file.
     Apply(PathBuf, parameters::ToApply, bool),
+    /// Two-point calibration.
+    Calibrate(Channel, [f64; 2], bool),
+    /// Search of the dead zone.
+    DeadZone(Search, bool, bool),
     /// All values to a file.
     Write(PathBuf),
 }
@@ -241,6 +293,8 @@ fn command(action: &Action) -> Result<Command, CliError> {
         Action::Restart => Command::Restart,
         // `run` has taken the others out.
         Action::Status
+        | Action::Calibrate { .. }
+        | Action::DeadZone { .. }
         | Action::Parameters { .. }
         | Action::Get { name: None }
         | Action::Set { .. }

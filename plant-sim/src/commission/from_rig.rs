@@ -12,6 +12,9 @@ use plant_model::effects::identification::StandsFor;
 use plant_model::{ParameterError, Plant, Rig};
 use rig_files::{BOTH_SIDES, RigFile, rig_key};
 
+/// Effects that are a sensor's own.
+const OF_SENSORS: [Effect; 3] = [Effect::PositionScale, Effect::PressureAOffset, Effect::PressureBOffset];
+
 /// Parameters that follow from a rig file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FromRig {
@@ -27,7 +30,7 @@ pub fn number(parameter: Parameter, law: &Parameters, allowed: &MonitorParameter
     Some(match parameter.source() {
         // Absent means the range of the position; the board always has both ends.
         Source::Control(Key::setpoint_range_m, end) => {
-            let (low, high) = law.setpoint_range_m.unwrap_or(law.position_range_m).into();
+            let (low, high) = law.setpoint_range_m.unwrap_or(position_range(law)).into();
             if end == End::First { low } else { high }
         }
         Source::Control(key, end) => law.get(key).number(end),
@@ -35,6 +38,12 @@ pub fn number(parameter: Parameter, law: &Parameters, allowed: &MonitorParameter
         Source::Rig(place) => place.key().get(rig),
         Source::Board(_) => return None,
     })
+}
+
+/// Both ends of the position's range as calibrated, m.
+fn position_range(law: &Parameters) -> [f32; 2] {
+    let [position, ..] = law.calibrated_ranges();
+    position.map(|end| end as f32)
 }
 
 /// What `rig` says, for a board that has `present`.
@@ -46,7 +55,9 @@ pub fn from_rig(rig: &RigFile, present: &Settings) -> Result<FromRig, String> {
     let mut law = rig_files::controller::parameters(&plain);
     // A setpoint range that is as wide as the sensor's stays so.
     let now = present.control_parameters();
-    law.setpoint_range_m = now.setpoint_range_m.filter(|range| *range != now.position_range_m);
+    law.setpoint_range_m = now.setpoint_range_m.filter(|range| *range != position_range(&now));
+    // The calibration is the board's, and decides where the range ends.
+    (law.position_offset_m, law.position_gain) = (now.position_offset_m, now.position_gain);
     let model = plain.rig.convert();
     let mut changes = Vec::new();
     for parameter in Parameter::ALL {
@@ -87,6 +98,10 @@ fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterErr
             StandsFor::FactorOn(keys) => keys.iter().for_each(|key| edit(key, &|old| first * old)),
             StandsFor::AddedTo(keys) => keys.iter().for_each(|key| edit(key, &|old| old + first)),
             StandsFor::Nothing if effect == Effect::ValveDeadZone => {}
+            // What a log shows of a sensor is left over from the calibration it was recorded with: applied twice it would be wrong.
+            StandsFor::Nothing if OF_SENSORS.contains(&effect) => {
+                notes.push(format!("`{}` is corrected on the board by `calibrate`, not by this file", effect.id()));
+            }
             StandsFor::Nothing => {
                 notes.push(format!("the board's model has no effect `{}`: it goes without", effect.id()))
             }

@@ -5,8 +5,14 @@
 //! | `from_rig.rs` | what a rig file, extended by a diagnosis or not, says about the board's parameters |
 //! | `parameter_file.rs` | the board's parameters as a file, and back |
 //! | `transfer.rs` | all parameters of a board, and several changed at once or not at all |
+//! | `observe.rs` | what a board measures over a while |
+//! | `calibrate.rs` | two-point calibration of a channel |
+//! | `dead_zone.rs` | the search for the valve's dead zone |
 
+pub mod calibrate;
+pub mod dead_zone;
 pub mod from_rig;
+pub mod observe;
 pub mod parameter_file;
 pub mod transfer;
 

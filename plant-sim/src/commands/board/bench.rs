@@ -1,13 +1,15 @@
 //! `plant-sim board --emulated`: a board on the emulated chip, told what to do line by line.
 
-use super::{Action, carry_out, task};
-use crate::commands::CliError;
+use super::{Action, Task, carry_out, measure, task};
+use crate::commands::{CliError, in_range};
 use clap::Parser as _;
 use plant_sim::emulated::EmulatedError;
+use plant_sim::emulated::cylinder::Surroundings;
 use plant_sim::emulated::session::Session;
 use plant_sim::telemetry::Remark;
 use plant_sim::{CodeNoise, ConversionNoise, LoopSettings};
 use rig_files::{InputError, RigFile};
+use std::cell::Cell;
 use std::io::{BufRead as _, IsTerminal as _};
 use std::path::Path;
 
@@ -91,12 +93,9 @@ pub(super) fn run(elf: &Path, rig: Option<&Path>, log: Option<&Path>, action: Op
 fn lines(session: &mut Session) -> Result<u32, CliError> {
     let typed = std::io::stdin().is_terminal();
     let mut refused = 0;
-    for line in std::io::stdin().lock().lines() {
-        let line = line.map_err(|error| InputError::unreadable("standard input", &error))?;
-        let words = line.split('#').next().unwrap_or_default().trim();
-        // Lines copied from the documents begin so.
-        let words: Vec<&str> = words.strip_prefix("plant-sim board").unwrap_or(words).split_whitespace().collect();
-        let words = if let ["--port", _, rest @ ..] | ["…", rest @ ..] = &words[..] { rest } else { &words[..] };
+    while let Some(line) = next_line()? {
+        let line = line.trim_end();
+        let words = words(line);
         if words.is_empty() {
             continue;
         }
@@ -118,21 +117,14 @@ fn lines(session: &mut Session) -> Result<u32, CliError> {
 }
 
 fn carry_out_deed(session: &mut Session, deed: &Deed) -> Result<(), CliError> {
-    use crate::commands::in_range;
     match deed {
         Deed::Wait { seconds } => {
             in_range("wait", *seconds, 0.0, 3600.0, "seconds")?;
             session.wait(*seconds).map_err(|error| broken(&error))?;
         }
-        Deed::Push { newton } => {
-            in_range("push", *newton, -1.0e5, 1.0e5, "newton")?;
-            session.cylinder().push(*newton);
+        Deed::Push { .. } | Deed::Supply { .. } | Deed::Sensors { .. } => {
+            surround(&session.cylinder().surroundings(), deed)?;
         }
-        Deed::Supply { pascal } => {
-            in_range("supply", *pascal, 0.0, 5.0e6, "pascals, absolute")?;
-            session.cylinder().set_supply(*pascal);
-        }
-        Deed::Sensors { switch } => session.cylinder().plug(switch == "on"),
         Deed::Meter => {
             let seen = session.measured();
             let air = if seen.air { "on" } else { "off" };
@@ -145,9 +137,72 @@ fn carry_out_deed(session: &mut Session, deed: &Deed) -> Result<(), CliError> {
     Ok(())
 }
 
+/// What a hand does to the rig; anything else is passed over.
+fn surround(rig: &Cell<Surroundings>, deed: &Deed) -> Result<(), CliError> {
+    let mut now = rig.get();
+    match deed {
+        Deed::Push { newton } => {
+            in_range("push", *newton, -1.0e5, 1.0e5, "newton")?;
+            now.force_n = *newton;
+        }
+        Deed::Supply { pascal } => {
+            in_range("supply", *pascal, 0.0, 5.0e6, "pascals, absolute")?;
+            now.supply_pa = *pascal;
+        }
+        Deed::Sensors { switch } => now.plugged = switch == "on",
+        _ => {}
+    }
+    rig.set(now);
+    Ok(())
+}
+
+/// Asks the person at the keyboard, who may change the rig before Enter.
+fn ask_person(rig: &Cell<Surroundings>, what: &str) -> Result<(), CliError> {
+    say!("{what} (push, supply, sensors); then press Enter");
+    loop {
+        let Some(line) = next_line()? else {
+            return Err(CliError::Usage("the input has ended in the midst of a calibration".into()));
+        };
+        let words = words(&line);
+        if words.is_empty() {
+            return Ok(());
+        }
+        match Line::try_parse_from(words) {
+            Ok(Line { deed: deed @ (Deed::Push { .. } | Deed::Supply { .. } | Deed::Sensors { .. }) }) => {
+                surround(rig, &deed)?;
+            }
+            _ => say!("only push, supply and sensors now, or Enter"),
+        }
+    }
+}
+
+/// A line of standard input; `None` at its end. Not locked in between.
+fn next_line() -> Result<Option<String>, CliError> {
+    let mut line = String::new();
+    let count = std::io::stdin().lock().read_line(&mut line);
+    let count = count.map_err(|error| InputError::unreadable("standard input", &error))?;
+    Ok((count > 0).then_some(line))
+}
+
+/// The words of a line, without comment, and without what lines copied from the documents begin with.
+fn words(line: &str) -> Vec<&str> {
+    let words = line.split('#').next().unwrap_or_default().trim();
+    let words = words.strip_prefix("$ ").unwrap_or(words);
+    let words: Vec<&str> = words.strip_prefix("plant-sim board").unwrap_or(words).split_whitespace().collect();
+    match &words[..] {
+        ["--port", _, rest @ ..] | ["…", rest @ ..] => rest.to_vec(),
+        _ => words,
+    }
+}
+
 fn on_board(session: &mut Session, action: &Action) -> Result<(), CliError> {
+    let rig = session.cylinder().surroundings();
     match task(action)? {
         None => Ok(()),
+        Some(Task::Calibrate(channel, values, save)) => {
+            let mut client = session.client().map_err(|error| broken(&error))?;
+            measure::calibrate(&mut client, channel, values, save, |what| ask_person(&rig, what))
+        }
         Some(task) => carry_out(task, &mut session.client().map_err(|error| broken(&error))?),
     }
 }
