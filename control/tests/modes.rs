@@ -91,7 +91,7 @@ fn a_limited_reference_starts_where_the_piston_is() {
     bench.inputs.position = AdcCode(32_768 + 200); // moved by hand while idle
     bench.run(100);
     let outputs = bench.tick(|inputs| inputs.command = Some(OperatorCommand::Arm));
-    let start = bench.config.scales().0.position(AdcCode(32_968));
+    let start = bench.config.scales()[0].position(AdcCode(32_968));
     assert!((outputs.telemetry.reference - start).abs() <= Position::from_num(1.01e-4));
 }
 
@@ -146,6 +146,17 @@ fn the_monitors_word_is_taken_at_once() {
     bench.run(10);
     let tripped = bench.until_safe(10, |_, inputs| inputs.faults.model_disagreement = true);
     assert_eq!(tripped, (1, "safe:model-disagreement".to_owned()));
+}
+
+#[test]
+fn an_output_that_does_not_obey_trips_at_once_armed_or_not() {
+    let mut armed = Bench::armed();
+    armed.run(10);
+    let tripped = armed.until_safe(10, |_, inputs| inputs.faults.valve_output = true);
+    assert_eq!(tripped, (1, "safe:valve-output".to_owned()));
+    let mut idle = Bench::new(&Parameters::default(), ControllerState::boot(None));
+    assert_eq!(idle.run(1000), Mode::Idle);
+    assert_eq!(idle.until_safe(10, |_, inputs| inputs.faults.valve_output = true), tripped);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
-//! `cargo run --release -p plant-sim --example positioning [abc] [draws=200] [first=0] [moves=0]
+//! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
 //! [streams=0] [noise=1] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
@@ -7,7 +7,7 @@
 
 use plant_model::Rig;
 use plant_sim::servo::Tuning;
-use plant_sim::servo::bench::{Lost, Move, sine, step};
+use plant_sim::servo::bench::{Driver, Lost, Move, sine, step};
 use plant_sim::servo::trials::{Wave, bench, random_moves, stream};
 use rayon::prelude::*;
 
@@ -29,7 +29,8 @@ fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let value =
         |name: &str| arguments.iter().find_map(|a| a.strip_prefix(name)?.strip_prefix('=')?.parse::<f64>().ok());
-    let cases = arguments.iter().find(|a| !a.contains('=')).map_or("abc", String::as_str);
+    let in_tick = arguments.iter().any(|a| a == "tick");
+    let cases = arguments.iter().find(|a| !a.contains('=') && *a != "tick").map_or("abc", String::as_str);
     let seeds = value("seeds").unwrap_or(20.0) as u64;
     let draws = value("draws").unwrap_or(200.0) as u64;
     let first = value("first").unwrap_or(0.0) as u64;
@@ -63,7 +64,10 @@ fn main() {
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {
             *rate = value(name).unwrap_or(*rate);
         }
-        let on = |drawn: bool, seed: u64| bench(&rig, tuning, drawn, noise, seed, lost);
+        let on = |drawn: bool, seed: u64| {
+            let bench = bench(&rig, tuning, drawn, noise, seed, lost);
+            if in_tick { bench.with_tick(Driver::Tick) } else { bench }
+        };
         let ticks = (2.5 / tick_s) as u32;
         println!(
             "case {case}: w {:.1}, V {:.3}, A {:.2}, J {:.1}",
@@ -77,7 +81,7 @@ fn main() {
                 if tick % value("every").unwrap_or(10.0) as u32 == 0 {
                     let (s, e, state) = (&bench.servo, &bench.servo.estimate, bench.state());
                     println!(
-                        "{tick:5} y {:9.4} r {:9.4} v {:8.4} v^ {:8.4} vr {:8.4} a^ {:7.2} ar {:7.2} F {:7.2} F^ {:7.2} d {:7.2} z {:6.1} fc {:5.1} g {:4.2} {:4.2} zone {:5.3} {:5.3} u {:6.3} {}",
+                        "{tick:5} y {:9.4} r {:9.4} v {:8.4} v^ {:8.4} vr {:8.4} a^ {:7.2} ar {:7.2} F {:7.2} F^ {:7.2} d {:7.2} z {:6.1} fc {:5.1} g {:4.2} {:4.2} zone {:5.3} {:5.3} codes {:?} {}",
                         y * 1e3,
                         s.motion.y * 1e3,
                         state.v_m_per_s,
@@ -94,7 +98,7 @@ fn main() {
                         s.valve.gain[1],
                         s.valve.right,
                         s.valve.left,
-                        bench.command_v(),
+                        bench.codes,
                         if s.hold.on { "hold" } else { "" }
                     );
                 }

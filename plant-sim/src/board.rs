@@ -63,10 +63,16 @@ impl std::fmt::Display for BoardError {
                 }
                 Refusal::Generator(GeneratorError::Time) => "refused: a period outside 0.01 … 3600 s",
                 Refusal::Generator(GeneratorError::Amplitude) => "refused: a negative amplitude",
-                Refusal::Configuration => {
-                    "refused: the value does not fit the other parameters (ends of ranges crossed, \
-                                           static friction below Coulomb friction, …)"
+                Refusal::Configuration(Some(key)) => {
+                    let name = key.name();
+                    return write!(
+                        f,
+                        "refused: the parameters would not fit together; `{name}` stands in the way (`get {name}` shows its \
+                         value), change both at once"
+                    );
                 }
+                Refusal::Configuration(None) => "refused: the parameters would not fit together",
+                Refusal::NotBegun => "refused: the change was interrupted; nothing of it took effect, begin anew",
                 Refusal::Storage => "flash could not be written; what was saved before is still there",
                 Refusal::Busy => "the control loop did not take the order; is it running? (`status`, ticks)",
             }),

@@ -19,6 +19,7 @@
 pub mod board;
 pub mod charts;
 pub mod closed_loop;
+pub mod commission;
 pub mod datasheet;
 pub mod emulated;
 pub mod gap;

@@ -12,7 +12,7 @@
 //! | `air_off_at_once()` | air output low from any context, once it is an output |
 //! | `start(buffers)` | clocks up, pins set, interrupt priorities set; the valve stays at mid |
 //! | `Sampler` | one timer paces converter and valve output; `read` in the end-of-sequence interrupt |
-//! | `Valve` | `set(code)` takes effect at the next tick, exactly |
+//! | `Valve` | `set(code)` takes effect at the next tick, exactly; `seen` tells what the output shows in this one |
 //! | `reset_cause()` | why the chip started |
 
 #[cfg(feature = "b-g474e-dpow1")]

@@ -16,7 +16,7 @@ use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::usart::{self, BufferedUart};
 use embassy_stm32::{Peri, Peripherals, bind_interrupts, flash, pac, peripherals, triggers};
-use firmware_core::code_of_sum;
+use firmware_core::{OutputSeen, code_of_sum};
 
 /// Core clock. 170 MHz is the most the G474 runs at, in range 1 boost mode (DS12288, table 17).
 pub(crate) const CORE_HZ: u32 = 170_000_000;
@@ -166,6 +166,10 @@ pub(crate) struct SerialBuffers {
 pub(crate) struct Chip {
     /// Converts the four channels.
     pub(crate) adc: Peri<'static, peripherals::ADC1>,
+    /// Reads the valve's pin back.
+    pub(crate) read_back: Peri<'static, peripherals::ADC2>,
+    /// That pin: output of the DAC, and input 17 of this converter (DS12288, table of pins).
+    pub(crate) valve_pin: AnyAdcChannel<'static, peripherals::ADC2>,
     /// Holds the parameters.
     pub(crate) flash: Peri<'static, peripherals::FLASH>,
 }
@@ -209,6 +213,9 @@ impl Board {
                 ..AdcConfig::default()
             },
         );
+        // 640.5 cycles at 42.5 MHz, 15 us: the output has settled when they end, and the four channels take longer.
+        let read_back = Adc::new(chip.read_back, AdcConfig::default());
+        let pin = [(chip.valve_pin, SampleTime::CYCLES640_5)];
         // embassy-stm32 0.6 knows oversampling of regular conversions only.
         pac::ADC1.cfgr2().modify(|w| w.set_jovse(true));
         // The prescaler is loaded by an update, which is a trigger, too: before anybody listens.
@@ -220,8 +227,9 @@ impl Board {
             Exten::RISING_EDGE,
             true,
         );
-        // Dropping the driver would stop the converter; from here on the interrupt reads the registers itself.
-        core::mem::forget(injected);
+        let read_back = read_back.setup_injected_conversions(pin, triggers::TIM6_TRGO, Exten::RISING_EDGE, false);
+        // Dropping a driver would stop its converter; from here on the interrupt reads the registers itself.
+        core::mem::forget((injected, read_back));
         Self {
             sampler: Sampler { tick_counts: 0 },
             valve: Valve(()),
@@ -335,6 +343,19 @@ impl Valve {
             w.set_tsel(VALVE_CHANNEL, DAC_TRIGGER_TIM6);
             w.set_ten(VALVE_CHANNEL, true);
         });
+    }
+
+    /// What the output shows, and acknowledges that. For the end-of-sequence interrupt only.
+    #[inline(always)]
+    pub(crate) fn seen(&mut self) -> OutputSeen {
+        let adc = pac::ADC2;
+        let converted = adc.isr().read().jeos();
+        adc.isr().write(|w| {
+            w.set_jeos(true);
+            w.set_jeoc(true);
+        });
+        let pin = converted.then(|| adc.jdr(0).read().jdata());
+        OutputSeen { latched: pac::DAC1.dor(VALVE_CHANNEL).read().dor(), pin }
     }
 
     /// Hands over a code, 0..=4095, for the next tick. Larger codes are limited, not truncated.

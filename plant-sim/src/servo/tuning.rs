@@ -2,6 +2,7 @@
 
 use super::reference::Limits;
 use plant_model::Rig;
+use rig_files::tuning::{FORCE_RATE, Rule};
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,15 +66,15 @@ impl Tuning {
     #[must_use]
     pub fn of(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> Self {
         let (valve, friction) = (&rig.valve, &rig.friction);
-        let Air { speed, natural_w, jerk, centre_v, half_v } = air(rig);
-        let [by_delay, by_jerk] = law_bandwidths(rig, lag_s, tick_s);
-        let law_w = by_delay.min(by_jerk);
+        let Rule { speed, acceleration, jerk, law_w, observer_w, .. } = Rule::of(rig, lag_s, tick_s);
+        let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
+        let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
         Self {
             tick_s,
-            limits: Limits { speed: 0.85 * speed, acceleration: 0.65 * speed * natural_w, jerk: 0.51 * jerk },
+            limits: Limits { speed, acceleration, jerk },
             law_w,
-            observer_w: 1.7 * law_w,
-            force_rate: 375.0,
+            observer_w,
+            force_rate: FORCE_RATE,
             mass: rig.load.mass_kg,
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
@@ -108,32 +109,8 @@ impl Tuning {
     }
 }
 
-/// What the air can do at mid-stroke.
-struct Air {
-    speed: f64,
-    natural_w: f64,
-    jerk: f64,
-    centre_v: f64,
-    half_v: f64,
-}
-
-fn air(rig: &Rig<f64>) -> Air {
-    let (gas, valve, cylinder) = (&rig.gas, &rig.valve, &rig.cylinder);
-    let p = rig.equilibrium_pressure_pa();
-    let area = cylinder.mean_area_m2();
-    let stiffness =
-        gas.heat_capacity_ratio * area * area * p * (1.0 / cylinder.volume_a0_m3 + 1.0 / cylinder.volume_b0_m3);
-    let natural_w = (stiffness / rig.load.mass_kg).sqrt();
-    let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
-    let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
-    let angle = (2.0 * (valve.max_voltage_v - centre_v.abs() - half_v)).atan();
-    let flow = gas.gas_constant_j_per_kg_k * gas.temperature_k * rig.linear_coefficients_kg_per_s_pa()[0];
-    let speed = flow * (rig.supply.pressure_pa - p) * angle / (area * p);
-    Air { speed, natural_w, jerk: speed * natural_w * natural_w, centre_v, half_v }
-}
-
 /// Bandwidths of the law that delay and lag allow, and that the air's jerk allows for an error of half a millimetre, rad/s.
 #[must_use]
 pub fn law_bandwidths(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> [f64; 2] {
-    [0.32 / (1.5 * tick_s + lag_s), (air(rig).jerk / 0.5e-3).cbrt()]
+    Rule::of(rig, lag_s, tick_s).bandwidths
 }
