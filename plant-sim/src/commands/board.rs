@@ -210,6 +210,9 @@ fn failed(error: BoardError) -> CliError {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match (&arguments.emulated, &arguments.action) {
         (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
+        (None, Some(Action::Update { file, in_bootloader, new_parameters })) => {
+            update::update(&arguments.port, &update::read(file)?, *in_bootloader, *new_parameters)
+        }
         (None, Some(action)) => match task(action)? {
             None => Ok(()),
             Some(task) => carry_out(task, &mut open(&arguments.port)?),
@@ -240,9 +243,10 @@ fn task(action: &Action) -> Result<Option<Task>, CliError> {
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
         }
-        Action::Update { file, in_bootloader, new_parameters } => {
-            let image = update::read(file)?;
-            return update::update(&arguments.port, &image, *in_bootloader, *new_parameters);
+        Action::Update { .. } => {
+            return Err(CliError::Usage(
+                "an update goes through the bootloader of a real board, at --port; an emulated one takes the new file by --emulated".into(),
+            ));
         }
         other => Task::Ask(command(other)?),
     }))
