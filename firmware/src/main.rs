@@ -20,6 +20,8 @@ mod board;
 #[cfg(target_os = "none")]
 mod bootloader;
 #[cfg(target_os = "none")]
+mod broken;
+#[cfg(target_os = "none")]
 mod commands;
 #[cfg(target_os = "none")]
 mod faults;

@@ -1,5 +1,6 @@
 //! `plant-sim board`: commands to the board over its virtual COM port.
 
+mod bench;
 mod measure;
 mod parameters;
 mod update;
@@ -9,6 +10,7 @@ use board_link::{Command, Generator, Parameter, Reply, Shape};
 use plant_sim::board::{BoardError, Client};
 use plant_sim::commission::calibrate::Channel;
 use plant_sim::commission::dead_zone::Search;
+use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -20,13 +22,25 @@ use std::time::Duration;
     plant-sim board --port /dev/ttyACM0 status\n  \
     plant-sim board --port /dev/ttyACM0 arm\n  \
     plant-sim board --port /dev/ttyACM0 hold 0.045\n  \
-    plant-sim board --port /dev/ttyACM0 disarm")]
+    plant-sim board --port /dev/ttyACM0 disarm\n\n\
+    The same without a board, the firmware on the emulated chip; commands come from standard input, one a line:\n  \
+    plant-sim board --emulated target/thumbv7em-none-eabihf/firmware/firmware --rig rigs/real-mpye.toml")]
 pub(crate) struct Arguments {
     /// The ST-LINK's virtual COM port, e.g. /dev/ttyACM0, /dev/cu.usbmodem…, COM3
     #[arg(long, value_name = "PORT", default_value = "/dev/ttyACM0")]
     port: String,
+    /// No board: this firmware (ELF) on the emulated chip, a simulated cylinder at its pins. Reads commands from standard input, one a
+    /// line; besides those below `wait SECONDS`, `push NEWTON`, `supply PASCAL`, `sensors on|off`, `meter`, `power-cycle`
+    #[arg(long, value_name = "ELF", conflicts_with = "port")]
+    emulated: Option<PathBuf>,
+    /// The cylinder at the emulated board's pins (default: the paper's case a)
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    rig: Option<PathBuf>,
+    /// Where to write the emulated board's telemetry as a log (CSV) at the end
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    log: Option<PathBuf>,
     #[command(subcommand)]
-    action: Action,
+    action: Option<Action>,
 }
 
 #[derive(clap::Subcommand, Debug)]
@@ -194,11 +208,22 @@ fn failed(error: BoardError) -> CliError {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    // What is typed is judged before a board is looked for.
-    let task = match &arguments.action {
+    match (&arguments.emulated, &arguments.action) {
+        (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
+        (None, Some(action)) => match task(action)? {
+            None => Ok(()),
+            Some(task) => carry_out(task, &mut open(&arguments.port)?),
+        },
+        (None, None) => Err(CliError::Usage("say what to do, for example `status`; --help lists the commands".into())),
+    }
+}
+
+/// What an action asks of the board; `None`: nothing, it is done. What is typed is judged before a board is looked for.
+fn task(action: &Action) -> Result<Option<Task>, CliError> {
+    Ok(Some(match action {
         Action::Parameters { out: None } => {
             parameters::list();
-            return Ok(());
+            return Ok(None);
         }
         Action::Parameters { out: Some(out) } => Task::Write(out.clone()),
         Action::Get { name: None } => Task::Show,
@@ -220,18 +245,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
             return update::update(&arguments.port, &image, *in_bootloader, *new_parameters);
         }
         other => Task::Ask(command(other)?),
-    };
-    let mut client = open(&arguments.port)?;
+    }))
+}
+
+fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), CliError> {
     match task {
         Task::Ask(command) => show(&client.ask(command).map_err(failed)?),
-        Task::Show => parameters::show(&mut client)?,
-        Task::Set(changes) => parameters::set(&mut client, &changes)?,
-        Task::Apply(path, file, save) => parameters::apply(&mut client, &path, &file, save)?,
+        Task::Show => parameters::show(client)?,
+        Task::Set(changes) => parameters::set(client, &changes)?,
+        Task::Apply(path, file, save) => parameters::apply(client, &path, &file, save)?,
         Task::Calibrate(channel, values, save) => {
-            measure::calibrate(&mut client, channel, values, save, measure::ask_person)?;
+            measure::calibrate(client, channel, values, save, measure::ask_person)?;
         }
-        Task::DeadZone(search, apply, save) => measure::dead_zone(&mut client, &search, apply, save)?,
-        Task::Write(out) => parameters::write(&mut client, &out)?,
+        Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
+        Task::Write(out) => parameters::write(client, &out)?,
     }
     Ok(())
 }
