@@ -171,12 +171,14 @@ impl<'a, B: Bench + 'a> Session<'a, B> {
 /// # Errors
 /// It does not come back.
 pub fn restart<B: Bench>(bench: &mut B) -> Result<f64, Failure> {
-    let mut session = Session::<B>::open(bench)?;
-    if session.status()?.state == "run" {
-        session.done(Command::Disarm)?;
-    }
-    session.done(Command::Restart)?;
-    drop(session);
+    let ask = |bench: &mut B| {
+        let mut session = Session::<B>::open(bench)?;
+        if session.status()?.state == "run" {
+            session.done(Command::Disarm)?;
+        }
+        session.done(Command::Restart)
+    };
+    ask(bench).map_err(|error| Failure(format!("the board does not stay up to be asked for a restart: {error}")))?;
     let begun = bench.seconds();
     loop {
         bench.pause(0.05);

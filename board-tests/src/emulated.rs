@@ -15,11 +15,24 @@ const MID: u16 = 2048;
 #[derive(Clone, Debug, Default)]
 pub struct LoopBack {
     pin: Option<u16>,
+    noise: u32,
+    /// An input channel of the converter whose wire is off, if one is (a fault).
+    pub broken: Option<u8>,
 }
 
 impl Analog for LoopBack {
-    fn convert(&mut self, _: &Conversion) -> u16 {
-        self.pin.unwrap_or(MID)
+    fn convert(&mut self, conversion: &Conversion) -> u16 {
+        if self.broken == Some(conversion.channel) {
+            return 1000;
+        }
+        // A step up or down in one conversion of four, as a converter has: oversampling lives on it.
+        self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let code = self.pin.unwrap_or(MID);
+        match self.noise >> 29 {
+            0 => code.saturating_sub(1),
+            1 => (code + 1).min(4095),
+            _ => code,
+        }
     }
     fn output(&mut self, _: Time, code: Option<u16>) {
         self.pin = code;

@@ -56,14 +56,20 @@ fn flash_that_refuses_is_found_by_the_saves() {
 }
 
 #[test]
-fn a_fault_on_record_is_found_at_boot() {
-    // The trigger of the tick is stuck for a while: the watchdog's reset leaves a reason.
+fn a_tick_that_never_comes_is_found_at_boot() {
     let stopped = |board: &mut Emulated| {
         board.board().machine().chip.tim6.trigger_stuck = true;
         board.pause(0.1);
-        board.board().machine().chip.tim6.trigger_stuck = true;
     };
     if let Some(said) = fails(Check::Boot, stopped) {
-        assert!(said.contains("does not answer") || said.contains("watchdog"), "{said}");
+        assert!(said.contains("does not stay up"), "{said}");
+    }
+}
+
+#[test]
+fn a_wire_that_is_off_is_found_by_the_converters() {
+    // Channel 7 is p_b.
+    if let Some(said) = fails(Check::Converters, |board| board.board().analog().broken = Some(7)) {
+        assert!(said.contains("input 2 reads"), "{said}");
     }
 }
