@@ -18,6 +18,12 @@ pub enum LawChoice {
 
 impl LawChoice {
     const WORDS: &[&str] = &["paper", "servo"];
+
+    /// As files write it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        Self::WORDS.get(usize::from(self as u8)).copied().unwrap_or_default()
+    }
 }
 
 impl Field for LawChoice {
@@ -122,7 +128,7 @@ parameter_table! {
 
     // The law's format ends at 32,767 V/m. At 10,000 V/m half a millimetre opens a 5 V valve fully: beyond, the law is a
     // switch, and its rounding is proven up to here.
-    /// Proportional gain `K_p`.
+    /// Proportional gain `K_p` of the paper's law. A controller file that gives it and no `law` selects that law.
     gain_v_per_m: f32 = 4.0, "V/m", 0.0 => 10_000.0;
     /// Lowest and highest position the reference may take, inside `position_range_m`; absent: the sensor's range.
     setpoint_range_m: Option<[f32; 2]> = None, "m", -3.9 => 3.9;

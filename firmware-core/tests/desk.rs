@@ -47,7 +47,7 @@ impl Board {
                 self.snapshot.publish(&tick.record, self.control_loop.bench());
                 if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
             }
-            Action::Save | Action::Restart => Ok(Reply::Done),
+            Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
         }
     }
 
@@ -88,6 +88,7 @@ fn commands_are_refused_in_the_wrong_state() {
         Command::Save,
         Command::Bench { on: true },
         Command::Restart,
+        Command::Bootloader,
     ] {
         assert_eq!(board.ask(command), Err(Refusal::State), "{command:?}");
     }

@@ -18,6 +18,8 @@
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod bootloader;
+#[cfg(target_os = "none")]
 mod broken;
 #[cfg(target_os = "none")]
 mod commands;

@@ -53,15 +53,17 @@ fn main() {
             ("sv", &mut tuning.stick_speed),
             ("he", &mut tuning.hold_m[0]),
             ("hs", &mut tuning.hold_speed),
+            ("hf", &mut tuning.hold_force),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }
+        tuning.hold_m[1] *= value("hl").unwrap_or(1.0);
+        tuning.coast_ticks = value("jt").map_or(tuning.coast_ticks, |ticks| ticks as u32);
         tuning.stick_ticks = value("st").map_or(tuning.stick_ticks, |ticks| ticks as u32);
         tuning.coulomb_start = value("fc0").unwrap_or(tuning.coulomb_start);
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {
             *rate = value(name).unwrap_or(*rate);
         }
-        let tuning = tuning.finished();
         let on = |drawn: bool, seed: u64| {
             let bench = bench(&rig, tuning, drawn, noise, seed, lost);
             if in_tick { bench.with_tick(Driver::Tick) } else { bench }
@@ -91,7 +93,7 @@ fn main() {
                         e.force,
                         e.disturbance,
                         e.bristle * 1e6,
-                        s.coulomb,
+                        s.body.coulomb,
                         s.valve.gain[0],
                         s.valve.gain[1],
                         s.valve.right,
@@ -159,7 +161,31 @@ fn main() {
             };
             let runs: Vec<_> = (first..first + moved)
                 .into_par_iter()
-                .map(|seed| random_moves(&mut on(true, seed), 50, range, seed))
+                .map(|seed| {
+                    let mut bench = on(true, seed);
+                    let run = random_moves(&mut bench, 50, range, seed);
+                    if value("list").is_some() {
+                        let (servo, (drawn, effects)) = (&bench.servo, plant_sim::servo::trials::draw(&rig, seed));
+                        println!(
+                            "    {seed}: late {} noisy {} lag {:.1} fc {:.2} vis {:.2} (true {:.2}) gains {:.2?} zones {:.3} {:.3} (true {:.3} {:.3}) M {:.2} (true {:.2}) lag (true {:.1})",
+                            run.settled_s.iter().filter(|t| t.is_infinite()).count(),
+                            run.changes.iter().filter(|n| **n > 0).count(),
+                            servo.lag.seconds * 1e3,
+                            servo.body.coulomb / rig.friction.coulomb_n,
+                            servo.body.viscous / tuning.viscous,
+                            drawn.friction.coulomb_n / rig.friction.coulomb_n,
+                            servo.valve.gain,
+                            servo.valve.right,
+                            servo.valve.left,
+                            drawn.valve.dead_zone_right_v,
+                            drawn.valve.dead_zone_left_v,
+                            servo.body.mass / rig.load.mass_kg,
+                            drawn.load.mass_kg / rig.load.mass_kg,
+                            effects.get(plant_model::Effect::ValveLag).map_or(0.0, |lag| lag[0] * 1e3),
+                        );
+                    }
+                    run
+                })
                 .collect();
             let times: Vec<f64> = runs.iter().flat_map(|run| run.settled_s.iter().copied()).collect();
             let late = times.iter().filter(|time| time.is_infinite()).count();

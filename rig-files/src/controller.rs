@@ -137,6 +137,12 @@ pub fn overlay(text: &str, file: &str, base: Parameters) -> Result<Parameters, I
         .map_err(|error| InputError::new(file, format!("is not valid TOML: {}", error.message()), "correct it"))?;
     let mut parameters = base;
     let entries = document.entries();
+    // A gain is the paper's law's; a file that gives one and no law means that law.
+    let gives = |key: Key| entries.iter().any(|entry| entry.name == key.row().key);
+    if gives(Key::gain_v_per_m) && !gives(Key::law) {
+        parameters.law = LawChoice::Paper;
+        table.insert(Key::law.row().key.to_string(), toml::Value::String(LawChoice::Paper.word().into()));
+    }
     for entry in &entries {
         if !known.contains(&entry.name) {
             return Err(entry.unknown(known));

@@ -136,6 +136,28 @@ pub(crate) fn reset_cause() -> ResetCause {
     }
 }
 
+/// Whether the firmware asked for the last reset; leaves the flags as they are.
+pub(crate) fn reset_by_software() -> bool {
+    pac::RCC.csr().read().sftrstf()
+}
+
+/// The bootloader in ROM (AN2606: system memory of the STM32G4). It listens at USART2 among others, which has the pins of the
+/// virtual COM port, and knows nothing of the valve: the pin is high impedance, and PB0 an input, as after any reset.
+const BOOTLOADER: u32 = 0x1FFF_0000;
+
+/// Leaves for the ROM. The chip must be as a reset leaves it, the watchdog included: it could not be stopped.
+pub(crate) fn jump_to_bootloader() -> ! {
+    // As the boot pins would have it: the ROM at address 0.
+    pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
+    let _ = pac::RCC.apb2enr().read();
+    pac::SYSCFG.memrmp().modify(|w| w.set_mem_mode(1));
+    // SAFETY: nothing else runs, no interrupt is enabled, and the ROM holds a vector table.
+    unsafe {
+        (*cortex_m::peripheral::SCB::PTR).vtor.write(BOOTLOADER);
+        cortex_m::asm::bootload(BOOTLOADER as *const u32)
+    }
+}
+
 bind_interrupts!(struct Interrupts {
     FLASH => flash::InterruptHandler;
 });

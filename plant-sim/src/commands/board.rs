@@ -3,6 +3,7 @@
 mod bench;
 mod measure;
 mod parameters;
+mod update;
 
 use super::{CliError, in_range};
 use board_link::{Command, Generator, Parameter, Reply, Shape};
@@ -136,6 +137,21 @@ enum Action {
     LastFault,
     /// Restart the board
     Restart,
+    /// New firmware over the serial line; the parameters stay
+    #[command(
+        after_long_help = "The file is checked first: chip, board, protocol, layout of the parameters. The board leaves for the \
+        bootloader in its ROM, with the valve at mid and the air off, and starts the new firmware when all of it has been read back."
+    )]
+    Update {
+        /// What `cargo fw` makes: target/thumbv7em-none-eabihf/firmware/firmware
+        file: PathBuf,
+        /// The board waits in its bootloader already: an update that was cut, or BOOT0 tied to 3.3 V
+        #[arg(long)]
+        in_bootloader: bool,
+        /// The new firmware stores parameters in another layout: they are lost
+        #[arg(long)]
+        new_parameters: bool,
+    },
     /// List all parameters with range, default and meaning (no board needed), or write those of the board to a file
     Parameters {
         /// File for the board's present values; `board apply` takes it back
@@ -194,6 +210,9 @@ fn failed(error: BoardError) -> CliError {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match (&arguments.emulated, &arguments.action) {
         (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
+        (None, Some(Action::Update { file, in_bootloader, new_parameters })) => {
+            update::update(&arguments.port, &update::read(file)?, *in_bootloader, *new_parameters)
+        }
         (None, Some(action)) => match task(action)? {
             None => Ok(()),
             Some(task) => carry_out(task, &mut open(&arguments.port)?),
@@ -223,6 +242,11 @@ fn task(action: &Action) -> Result<Option<Task>, CliError> {
             in_range("--limit", *limit, 0.1, 5.0, "V")?;
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
+        }
+        Action::Update { .. } => {
+            return Err(CliError::Usage(
+                "an update goes through the bootloader of a real board, at --port; an emulated one takes the new file by --emulated".into(),
+            ));
         }
         other => Task::Ask(command(other)?),
     }))
@@ -294,6 +318,7 @@ fn command(action: &Action) -> Result<Command, CliError> {
         // `run` has taken the others out.
         Action::Status
         | Action::Calibrate { .. }
+        | Action::Update { .. }
         | Action::DeadZone { .. }
         | Action::Parameters { .. }
         | Action::Get { name: None }

@@ -1,8 +1,7 @@
 //! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
 
 use super::CliError;
-use control::Key;
-use control::{Mode, Reason};
+use control::{Key, LawChoice, Mode, Reason};
 use plant_sim::charts;
 use plant_sim::controller;
 use plant_sim::emulated::positioning;
@@ -31,7 +30,7 @@ pub(crate) struct Arguments {
     /// Controller file (TOML) that replaces the values derived from the rig
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Proportional gain, V/m (default: that of the controller file, else 4)
+    /// The paper's law with this proportional gain, V/m; by default the law of the controller file, else the positioning law
     #[arg(long, value_name = "V_PER_M", allow_negative_numbers = true)]
     gain: Option<f32>,
     /// Target position, m from mid-stroke
@@ -150,7 +149,7 @@ fn position(
         None => controller::parameters(rig),
     };
     if let Some(gain) = arguments.gain {
-        parameters.gain_v_per_m = gain;
+        (parameters.law, parameters.gain_v_per_m) = (LawChoice::Paper, gain);
     }
     let ticks = (arguments.duration * f64::from(rig.io.tick_hz)).round() as usize + 1;
     let (recording, telemetry) = match (elf, &arguments.elf) {

@@ -24,6 +24,7 @@ pub mod tuning;
 use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
+use learning::{Body, Lag};
 use observer::Estimate;
 use plant_model::Rig;
 use reference::{Limits, Motion};
@@ -65,10 +66,12 @@ pub struct Servo {
     pub motion: Motion,
     /// The valve as learned.
     pub valve: ValveModel,
-    /// Coulomb friction as learned, N.
-    pub coulomb: f64,
+    /// Friction and mass as learned.
+    pub body: Body,
     /// Hold.
     pub hold: Hold,
+    /// Lag of the spool as learned.
+    pub lag: Lag,
     stream: Stream,
     stick: Stick,
     noise: f64,
@@ -88,8 +91,9 @@ impl Servo {
             estimate: Estimate { spool: tuning.centre_v, ..Estimate::default() },
             motion: Motion::default(),
             valve,
-            coulomb: tuning.coulomb_start * tuning.coulomb,
+            body: Body { coulomb: tuning.coulomb_start * tuning.coulomb, viscous: tuning.viscous, mass: tuning.mass },
             hold: Hold::default(),
+            lag: Lag::of(&tuning),
             stream: Stream::default(),
             stick: Stick::default(),
             noise: 0.0,
@@ -120,9 +124,11 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.coulomb, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.lag, &self.body, &tuning);
         if seen.is_some() {
-            learning::learn(&mut self.valve, &mut self.coulomb, &mut self.estimate, &innovation, theta, &air, &tuning);
+            self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
+            learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, &tuning);
         } else {
             self.estimate.unseen_force(&tuning);
         }
@@ -151,7 +157,13 @@ impl Servo {
         let was_holding = self.hold.on;
         let Aim { motion: aim, jerk: aim_jerk } = self.stream.take(target, &tuning.limits, t);
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
-        if self.hold.decide(target, resting, [target - estimate.y, estimate.v, estimate.force], &tuning) {
+        if self.hold.decide(
+            target,
+            resting,
+            [target - estimate.y, estimate.v, estimate.force],
+            estimate.disturbance,
+            &tuning,
+        ) {
             self.stick = Stick::default();
             let rate = self.hold.restoring_rate(0.15 * tuning.coulomb);
             if rate == 0.0 {
@@ -181,13 +193,13 @@ impl Servo {
         let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
         let jerk =
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
-        let rate = tuning.mass * jerk + air.stiffness * estimate.v;
+        let rate = self.body.mass * jerk + air.stiffness * estimate.v;
         let slope = self.valve.slope(rate, air);
         let most = self.valve.most_angle();
         let asked = rate / slope;
         let theta = asked.clamp(-most, most);
         // What the valve cannot give, the reference does not ask for.
-        let excess = (theta - asked) * slope / tuning.mass;
+        let excess = (theta - asked) * slope / self.body.mass;
         self.motion = r.after(jerk_r + excess, t);
         self.valve.command(theta, tuning.blend)
     }

@@ -43,10 +43,12 @@ pub struct Tuning {
     pub hold_m: [f64; 2],
     /// Hold: enter below this speed, m/s.
     pub hold_speed: f64,
-    /// Hold: time over which its error, speed and force are means, s.
-    pub hold_mean_s: f64,
     /// Hold: ticks of rest before entering.
     pub hold_ticks: u32,
+    /// Hold: change of force that may have moved the piston, N.
+    pub hold_force: f64,
+    /// Hold: ticks after entering within which the piston may still coast.
+    pub coast_ticks: u32,
     /// Stick: mean speed below which the piston sticks, m/s.
     pub stick_speed: f64,
     /// Stick: ticks before the force is led.
@@ -55,23 +57,8 @@ pub struct Tuning {
     pub stick_gain: f64,
     /// Stick: how fast the force follows, 1/s.
     pub stick_force_rate: f64,
-    /// What the tick would otherwise divide by.
-    pub rates: Rates,
-}
-
-/// Precomputed quotients.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rates {
-    /// Part of the distance to the command that the spool still has after a tick.
-    pub spool_keeps: f64,
-    /// The same, mean over the tick.
-    pub spool_mean: f64,
-    /// Weight of a new value in the means of hold.
-    pub hold_mean: f64,
-    /// Of the velocity, with the bristles holding.
-    pub held: f64,
-    /// Of the velocity, with the bristles sliding.
-    pub sliding: f64,
+    /// Hold: weight of a new value in the means of error, speed and force.
+    pub hold_weight: f64,
 }
 
 impl Tuning {
@@ -92,24 +79,24 @@ impl Tuning {
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: 0.55,
+            coulomb_start: 0.7,
             lag_s,
             zone_v: [half_v; 2],
             centre_v,
             most_v: valve.max_voltage_v,
             blend: 0.01,
             learn: [10.0, 5.0, 4.5],
-            hold_m: [22e-6, 45e-6],
-            hold_speed: 3e-3,
-            hold_mean_s: 8e-3,
+            hold_m: [20e-6, 40e-6],
+            hold_speed: 1.8e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
+            hold_force: 0.1 * friction.coulomb_n,
+            coast_ticks: (0.2 / tick_s) as u32,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: 3.0,
             stick_force_rate: law_w / 1.5,
-            rates: Rates::default(),
+            hold_weight: tick_s / 8e-3,
         }
-        .finished()
     }
 
     /// The same with hold and stick judging `scale` times as coarsely, for a noisier position.
@@ -118,21 +105,6 @@ impl Tuning {
         self.hold_m = self.hold_m.map(|limit| scale * limit);
         self.hold_speed *= scale;
         self.stick_speed *= scale;
-        self
-    }
-
-    /// The same with its quotients computed anew, after a constant was changed.
-    #[must_use]
-    pub fn finished(mut self) -> Self {
-        let (t, m) = (self.tick_s, self.mass);
-        let keeps = if self.lag_s > 0.0 { (-t / self.lag_s).exp() } else { 0.0 };
-        self.rates = Rates {
-            spool_keeps: keeps,
-            spool_mean: self.lag_s / t * (1.0 - keeps),
-            hold_mean: t / self.hold_mean_s,
-            held: 1.0 / (1.0 + t / m * (self.viscous + t * self.bristle_stiffness)),
-            sliding: 1.0 / (1.0 + t / m * self.viscous),
-        };
         self
     }
 }
