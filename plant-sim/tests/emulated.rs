@@ -50,6 +50,8 @@ fn the_whole_commissioning_can_be_walked_without_a_board() {
         ("status 2", "state        run (bench)"),
         ("meter 1", "valve +0.00"),
         ("status 3", "state        idle"),
+        ("search", "dead zone, right +0.4"),
+        ("search", "dead zone, left  -0.4"),
         ("status 4", "state        run"),
         ("status 5", "state        idle"),
         ("status 6", "state        run"),

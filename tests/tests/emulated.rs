@@ -8,6 +8,8 @@
 mod broken;
 #[path = "emulated/campaign.rs"]
 mod campaign;
+#[path = "emulated/facts.rs"]
+mod facts;
 #[path = "emulated/faults.rs"]
 mod faults;
 
