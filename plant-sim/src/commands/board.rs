@@ -13,6 +13,7 @@ use plant_sim::commission::dead_zone::Search;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
+use update::Update;
 
 /// Talk to a board: state, setpoints, parameters.
 ///
@@ -210,11 +211,9 @@ fn failed(error: BoardError) -> CliError {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match (&arguments.emulated, &arguments.action) {
         (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
-        (None, Some(Action::Update { file, in_bootloader, new_parameters })) => {
-            update::update(&arguments.port, &update::read(file)?, *in_bootloader, *new_parameters)
-        }
         (None, Some(action)) => match task(action)? {
             None => Ok(()),
+            Some(Task::Update(update)) => update.carry_out(&arguments.port),
             Some(task) => carry_out(task, &mut open(&arguments.port)?),
         },
         (None, None) => Err(CliError::Usage("say what to do, for example `status`; --help lists the commands".into())),
@@ -243,10 +242,8 @@ fn task(action: &Action) -> Result<Option<Task>, CliError> {
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
         }
-        Action::Update { .. } => {
-            return Err(CliError::Usage(
-                "an update goes through the bootloader of a real board, at --port; an emulated one takes the new file by --emulated".into(),
-            ));
+        Action::Update { file, in_bootloader, new_parameters } => {
+            Task::Update(Update::read(file, *in_bootloader, *new_parameters)?)
         }
         other => Task::Ask(command(other)?),
     }))
@@ -263,6 +260,11 @@ fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), 
         }
         Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
         Task::Write(out) => parameters::write(client, &out)?,
+        Task::Update(_) => {
+            return Err(CliError::Usage(
+                "the emulated chip has no bootloader in its ROM; give --emulated the new file".into(),
+            ));
+        }
     }
     Ok(())
 }
@@ -283,6 +285,8 @@ enum Task {
     DeadZone(Search, bool, bool),
     /// All values to a file.
     Write(PathBuf),
+    /// New firmware.
+    Update(Update),
 }
 
 fn open(port: &str) -> Result<Client<Box<dyn serialport::SerialPort>>, CliError> {
