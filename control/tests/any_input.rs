@@ -2,8 +2,8 @@
 //! nothing but run moves the valve. The same target is fuzzed in `fuzz/`.
 
 use control::{
-    AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, LawChoice, Mode, OperatorCommand, Parameters,
-    Position, step,
+    AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, Mode, OperatorCommand, Parameters, Position,
+    step,
 };
 use proptest::prelude::*;
 
@@ -39,51 +39,27 @@ fn inputs() -> impl Strategy<Value = Inputs> {
     )
 }
 
-/// The keys of the positioning law's numbers.
-fn servo_keys() -> impl Iterator<Item = Key> {
-    Key::ALL.into_iter().filter(|key| key.row().key.starts_with("servo_"))
-}
-
-/// The positioning law with its numbers anywhere between a hundredth and a hundred times their defaults, as far as their
-/// ranges go, or the paper's.
-fn any_law() -> impl Strategy<Value = Vec<f32>> {
-    prop_oneof![Just(Vec::new()), prop::collection::vec(-1.0_f32..1.0, 19), prop::collection::vec(-0.1_f32..0.1, 19)]
-}
-
 /// Converters and law over the whole accepted space.
 fn accepted_parameters() -> impl Strategy<Value = Parameters> {
     (
         (-3.9_f32..3.0, 0.01_f32..3.0, 8_u8..=16, 8_u8..=16, 50_u32..20_000),
         (0.0_f32..300.0, prop::option::of(1e-4_f32..50.0), prop::option::of(0.1_f32..1000.0)),
         (-1.0_f32..0.0, 0.0_f32..1.0, 0.05_f32..20.0, 0.0_f32..0.1, 0.0_f32..0.1),
-        any_law(),
     )
-        .prop_map(|(c, l, z, law)| {
-            let mut p = Parameters {
-                position_range_m: [c.0, c.0 + c.1],
-                adc_bits: c.2,
-                dac_bits: c.3,
-                tick_hz: c.4,
-                gain_v_per_m: l.0,
-                setpoint_velocity_m_per_s: l.1,
-                setpoint_acceleration_m_per_s2: l.2,
-                dead_zone_left_v: z.0,
-                dead_zone_right_v: z.1,
-                slope_right: z.2,
-                glitch_time_s: z.3,
-                stuck_time_s: z.4,
-                ..Parameters::default()
-            };
-            if !law.is_empty() {
-                p.law = LawChoice::Servo;
-                p.tick_hz = p.tick_hz.max(500);
-            }
-            for (key, part) in servo_keys().zip(law) {
-                let limits = key.row().limits;
-                let value = p.get(key).number(End::First) * 100_f32.powf(part);
-                p.put(key, End::First, value.clamp(limits.low as f32, limits.high as f32));
-            }
-            p
+        .prop_map(|(c, l, z)| Parameters {
+            position_range_m: [c.0, c.0 + c.1],
+            adc_bits: c.2,
+            dac_bits: c.3,
+            tick_hz: c.4,
+            gain_v_per_m: l.0,
+            setpoint_velocity_m_per_s: l.1,
+            setpoint_acceleration_m_per_s2: l.2,
+            dead_zone_left_v: z.0,
+            dead_zone_right_v: z.1,
+            slope_right: z.2,
+            glitch_time_s: z.3,
+            stuck_time_s: z.4,
+            ..Parameters::default()
         })
 }
 

@@ -341,11 +341,14 @@ impl ControlLoop {
         }
     }
 
-    /// The sensors mean something else now: self-test, unless a latched reason waits for its acknowledgement.
+    /// The sensors mean something else now: nothing that is known of them holds, least of all their noise. Self-test, unless a
+    /// latched reason waits for its acknowledgement.
     #[inline]
     fn test_anew(&mut self) {
-        if !matches!(self.state.mode(), Mode::Safe(_)) {
-            self.state = ControllerState::boot(None);
-        }
+        let latched = match self.state.mode() {
+            Mode::Safe(reason) => Some(reason),
+            _ => None,
+        };
+        self.state = ControllerState::boot(latched);
     }
 }

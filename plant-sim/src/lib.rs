@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod bound;
 pub mod charts;
 pub mod closed_loop;
 pub mod commission;
@@ -35,6 +36,7 @@ pub mod servo;
 pub mod stdio;
 pub mod sweep;
 pub mod telemetry;
+pub mod update;
 
 pub use rig_files::controller;
 

@@ -4,8 +4,12 @@
 //! queue delivered, in the ticks in which they did. Every valve code must be the same. Skipped with a message where the target
 //! is not installed, and without POSITIONER_TESTS=all.
 
+#[path = "emulated/broken.rs"]
+mod broken;
 #[path = "emulated/campaign.rs"]
 mod campaign;
+#[path = "emulated/facts.rs"]
+mod facts;
 #[path = "emulated/faults.rs"]
 mod faults;
 

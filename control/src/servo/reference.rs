@@ -9,7 +9,6 @@
 //! bits and end at ±32: a target farther away is as good as one there.
 
 use super::factor::{Factor, quotient, root_q26};
-use super::stream::Aim;
 use super::{Acceleration, Jerk, Tick};
 use crate::arithmetic::{limit, saturate};
 use crate::quantities::{Position, Velocity};
@@ -49,6 +48,15 @@ pub struct Motion {
     pub v: Velocity,
     /// Acceleration.
     pub a: Acceleration,
+}
+
+/// The target as the reference follows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aim {
+    /// Where it is at the next tick.
+    pub(crate) motion: Motion,
+    /// Its jerk.
+    pub(crate) jerk: Jerk,
 }
 
 /// A point as the plan sees it: from the aim, in units of the limits, 26 fractional bits.

@@ -89,7 +89,7 @@ fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
     let tuning = tuning();
     for target in [1e-4, 1e-3, 0.045, 0.3, -0.4] {
         let mut motion = Motion::default();
-        let aim = stream::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
         for _ in 0..3000 {
             motion = motion.arrived(&aim.motion, &tuning.limits);
             let jerk = if motion == aim.motion { Jerk::ZERO } else { motion.jerk_towards(&aim, &tuning.limits) };
@@ -109,7 +109,7 @@ fn a_target_changed_in_mid_move_is_reached_too() {
     let mut motion = Motion::default();
     for tick in 0..3000 {
         let target = if tick < 150 { 0.3 } else { -0.02 };
-        let aim = stream::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
         motion = motion.arrived(&aim.motion, &tuning.limits);
         motion = motion.after(motion.jerk_towards(&aim, &tuning.limits), &tuning.tick);
     }
@@ -122,7 +122,7 @@ fn a_step_has_no_velocity_and_a_sine_has_its_own() {
     let mut stream = Stream::at(Position::ZERO);
     for _ in 0..5 {
         let aim = stream.take(metres(0.045), &tuning.stream, &tuning.tick);
-        assert_eq!(aim, stream::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO });
+        assert_eq!(aim, reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO });
     }
     let mut stream = Stream::at(Position::ZERO);
     let w = core::f64::consts::PI;

@@ -301,7 +301,7 @@ fn valve(p: &Parameters, inverse: &DeadZoneInverse) -> Valve {
     Valve {
         centre,
         slopes_q16: slopes.map(|slope| scaled(slope, 16) as i32),
-        per_slopes_q16: [inverse.per_slope_right_q16, inverse.per_slope_left_q16],
+        per_slopes_q16: [inverse.per_slope_right.to_bits(), inverse.per_slope_left.to_bits()],
         ends: [lowest, highest],
         most,
         blend: exactly(BLEND),

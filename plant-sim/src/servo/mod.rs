@@ -214,7 +214,8 @@ impl Servo {
         let atmosphere = self.rig.supply.atmosphere_pa;
         let [fill, exhaust] = self.rig.linear_coefficients_kg_per_s_pa();
         let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k * area;
-        let small = 0.03 * p_sup;
+        // Never nought, whatever a sensor says.
+        let small = 0.03 * p_sup.max(atmosphere);
         let slope = |fill_p: f64, fill_v: f64, exh_p: f64, exh_v: f64| {
             heat * (fill * (p_sup - fill_p).max(small) / fill_v + exhaust * (exh_p - atmosphere).max(small) / exh_v)
         };

@@ -116,7 +116,7 @@ impl Simulated {
                         self.run(2);
                         if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
                     }
-                    Action::Save | Action::Restart => Ok(Reply::Done),
+                    Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
                 });
                 self.session.answered(result)
             }
