@@ -159,7 +159,9 @@ impl ServoState {
 
 impl Tuning {
     /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run.
-    #[inline]
+    ///
+    /// Never inlined, so that it is compiled with this crate's options: for speed, also in a firmware that is compiled for size.
+    #[inline(never)]
     pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
         let chambers = &self.chambers;
         let force_of = |pressure: Pressure| chambers.per_pa.of(pressure);

@@ -8,8 +8,17 @@ use crate::config::Config;
 use crate::parameters::{LawChoice, Parameters};
 
 fn tuning() -> Tuning {
-    let p =
-        Parameters { law: LawChoice::Servo, dead_zone_right_v: 0.42, dead_zone_left_v: -0.42, ..Parameters::default() };
+    tuning_at(1000)
+}
+
+fn tuning_at(tick_hz: u32) -> Tuning {
+    let p = Parameters {
+        tick_hz,
+        law: LawChoice::Servo,
+        dead_zone_right_v: 0.42,
+        dead_zone_left_v: -0.42,
+        ..Parameters::default()
+    };
     Config::from_parameters(&p).expect("valid").servo.expect("the positioning law")
 }
 
@@ -250,4 +259,24 @@ fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other(
     assert_eq!(refused(|p| p.servo_jerk_m_per_s3 = 1.0e4), "servo_jerk_m_per_s3");
     assert_eq!(refused(|p| p.servo_observer_rad_per_s = 600.0), "servo_observer_rad_per_s");
     assert_eq!(refused(|p| p.servo_area_m2_per_kg = 0.5), "servo_area_m2_per_kg");
+}
+
+#[test]
+fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
+    for tick_hz in [1000, 3000, 10_000, 20_000] {
+        let tuning = tuning_at(tick_hz);
+        let aim = stream::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO };
+        let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
+        for _ in 0..tick_hz {
+            motion = motion.arrived(&aim.motion, &tuning.limits);
+            let jerk = motion.jerk_towards(&aim, &tuning.limits);
+            // Half of the limit, so that the small corrections of a planned jerk do not count.
+            let side = i32::from(jerk > 40) - i32::from(jerk < -40);
+            sides += u32::from(side != 0 && side != last);
+            last = if side == 0 { last } else { side };
+            motion = motion.after(jerk, &tuning.tick);
+        }
+        assert_eq!(motion, aim.motion, "{tick_hz}");
+        assert!((3..=5).contains(&sides), "at {tick_hz} ticks a second the jerk changed its side {sides} times");
+    }
 }
