@@ -4,6 +4,8 @@
 //! queue delivered, in the ticks in which they did. Every valve code must be the same. Skipped with a message where the target
 //! is not installed, and without POSITIONER_TESTS=all.
 
+#[path = "emulated/below.rs"]
+mod below;
 #[path = "emulated/broken.rs"]
 mod broken;
 #[path = "emulated/campaign.rs"]

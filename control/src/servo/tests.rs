@@ -143,11 +143,11 @@ fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expec
     let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
     let rest = tuning.chambers.rest;
     let air = tuning.chambers.air(Position::ZERO, [rest, rest, tuning.chambers.nominal_supply]);
-    let (lag, body) = (Lag::of(tuning.lag), tuning.body);
+    let (lag, body) = (tuning.lag, tuning.body);
     for tick in 0..400 {
         estimate.correct(metres(0.1e-3 * f64::from(tick)), Some(Acceleration::ZERO), &tuning.observer);
         let valve = (&tuning.valve, &valve);
-        estimate.predict(Voltage::ZERO, &air, valve, (&lag, &body), (&tuning.observer, &tuning.tick));
+        estimate.predict(Voltage::ZERO, &air, valve, (lag, &body), (&tuning.observer, &tuning.tick));
     }
     assert!((value(estimate.v) - 0.1).abs() < 1e-3, "{estimate:?}");
     assert!((value(estimate.y) - 0.04).abs() < 1e-5, "one tick ahead: {estimate:?}");

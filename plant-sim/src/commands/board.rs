@@ -3,6 +3,7 @@
 mod bench;
 mod measure;
 mod parameters;
+mod tune;
 mod update;
 
 use super::{CliError, in_range};
@@ -13,6 +14,7 @@ use plant_sim::commission::dead_zone::Search;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
+use tune::Tune;
 use update::Update;
 
 /// Talk to a board: state, setpoints, parameters.
@@ -124,6 +126,13 @@ enum Action {
         #[arg(long)]
         save: bool,
     },
+    /// Let the board find out about its rig: dead zone, mass, friction, flow; and step before and after
+    #[command(
+        after_long_help = "The piston moves about the middle of its range: first by small valve voltages, then by 2, 5 and 10 % of the \
+        range, for a minute. The diagnosis tells what the log of it shows, and writes DIR/extended-rig.toml and DIR/report.html. \
+        Without --apply or --save the board is left as it was."
+    )]
+    Tune(tune::Arguments),
     /// Write all parameters to flash
     Save,
     /// Back to the defaults (not saved)
@@ -242,6 +251,7 @@ fn task(action: &Action) -> Result<Option<Task>, CliError> {
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
         }
+        Action::Tune(arguments) => Task::Tune(Box::new(Tune::prepare(arguments)?)),
         Action::Update { file, in_bootloader, new_parameters } => {
             Task::Update(Update::read(file, *in_bootloader, *new_parameters)?)
         }
@@ -259,6 +269,7 @@ fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), 
             measure::calibrate(client, channel, values, save, measure::ask_person)?;
         }
         Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
+        Task::Tune(tune) => tune.carry_out(client)?,
         Task::Write(out) => parameters::write(client, &out)?,
         Task::Update(_) => {
             return Err(CliError::Usage(
@@ -285,6 +296,8 @@ enum Task {
     DeadZone(Search, bool, bool),
     /// All values to a file.
     Write(PathBuf),
+    /// The board finds out about its rig.
+    Tune(Box<Tune>),
     /// New firmware.
     Update(Update),
 }
@@ -322,6 +335,7 @@ fn command(action: &Action) -> Result<Command, CliError> {
         // `run` has taken the others out.
         Action::Status
         | Action::Calibrate { .. }
+        | Action::Tune(_)
         | Action::Update { .. }
         | Action::DeadZone { .. }
         | Action::Parameters { .. }

@@ -122,10 +122,10 @@ static CAUGHT: AtomicBool = AtomicBool::new(false);
 static PRESSED: AtomicBool = AtomicBool::new(false);
 
 /// While it exists Ctrl-C is noted instead of ending the program: it would leave the board running.
-struct Interrupted;
+pub(super) struct Interrupted;
 
 impl Interrupted {
-    fn watch() -> Result<Self, CliError> {
+    pub(super) fn watch() -> Result<Self, CliError> {
         static HANDLER: OnceLock<Result<(), String>> = OnceLock::new();
         let handler = || {
             if CAUGHT.load(Ordering::SeqCst) {
@@ -141,7 +141,7 @@ impl Interrupted {
         Ok(Self)
     }
 
-    fn interrupted(&self) -> bool {
+    pub(super) fn interrupted(&self) -> bool {
         PRESSED.load(Ordering::SeqCst)
     }
 }
