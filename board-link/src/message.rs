@@ -7,7 +7,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 4;
+pub const PROTOCOL_VERSION: u8 = 5;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +65,9 @@ pub enum Command {
     LastFault,
     /// Restarts the board. Not while running.
     Restart,
+    /// Restarts into the bootloader in the chip's ROM, which takes new firmware over the same serial line and goes on waiting for
+    /// it until the next reset. Not while running.
+    Bootloader,
 }
 
 /// The board's answer to one request.
@@ -109,6 +112,8 @@ pub struct Version {
     pub board: String<24>,
     /// Ticks per second.
     pub tick_hz: u32,
+    /// Layout of the parameters in its flash.
+    pub parameters: u8,
 }
 
 /// How the loop is.

@@ -27,6 +27,7 @@ fn commands() -> impl Strategy<Value = Command> {
         Just(Command::Save),
         any::<bool>().prop_map(|on| Command::Bench { on }),
         Just(Command::LastFault),
+        Just(Command::Bootloader),
     ]
 }
 

@@ -11,6 +11,7 @@ use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::servo::Tuning;
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
+use fixed::types::I16F16;
 use parameter_table::{Must, ParameterError};
 
 /// What the tick needs, precomputed.
@@ -22,6 +23,8 @@ pub struct Config {
     pub(crate) supply: ChannelLimits,
     pub(crate) freeze: FreezeLimits,
     pub(crate) supply_sensor: bool,
+    pub(crate) pressure_sensors: bool,
+    pub(crate) pressure_loss_trips: bool,
     pub(crate) position_rail_is_fault: bool,
     pub(crate) setpoint: SetpointLimits,
     pub(crate) law: Law,
@@ -145,9 +148,12 @@ impl Config {
             pressure_b,
             supply,
             supply_sensor: p.supply_sensor,
+            pressure_sensors: p.pressure_sensors,
+            // The paper's law has no model to go by.
+            pressure_loss_trips: p.pressure_loss_trips || p.law == LawChoice::Paper,
             position_rail_is_fault: margin > 0.0,
             setpoint,
-            law: Law { gain_q16: scaled(gain, 16) as i32 },
+            law: Law { gain: I16F16::from_bits(scaled(gain, 16) as i32) },
             servo: match p.law {
                 LawChoice::Paper => None,
                 LawChoice::Servo => Some(Tuning::new(p, &inverse)?),
@@ -285,7 +291,7 @@ fn output(
     position_code: f64,
 ) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
     let volts = |value: f64| Voltage::from_bits(scaled(value, Voltage::FRAC_NBITS) as i32);
-    let q16 = |value: f64| scaled(value, 16) as i32;
+    let q16 = |value: f64| I16F16::from_bits(scaled(value, 16) as i32);
     let [lo, hi] = p.valve_range_v.map(f64::from);
     let max_voltage = f64::from(p.max_voltage_v);
     let (lowest, highest) = (lo.max(-max_voltage), hi.min(max_voltage));
@@ -337,10 +343,10 @@ fn output(
         left: volts(left),
         centre: volts(centre),
         blend: volts(blend),
-        per_slope_right_q16: q16(1.0 / slope_right),
-        per_slope_left_q16: q16(1.0 / slope_left),
-        blend_slope_right_q16: q16(rise_right),
-        blend_slope_left_q16: q16(rise_left),
+        per_slope_right: q16(1.0 / slope_right),
+        per_slope_left: q16(1.0 / slope_left),
+        blend_slope_right: q16(rise_right),
+        blend_slope_left: q16(rise_left),
         lowest: volts(lowest),
         highest: volts(highest),
     };

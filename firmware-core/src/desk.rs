@@ -21,6 +21,8 @@ pub enum Action {
     Save,
     /// Answer, then restart the board.
     Restart,
+    /// Answer, then restart into the bootloader in ROM.
+    Bootloader,
 }
 
 /// What shows that an order was carried out.
@@ -96,6 +98,7 @@ impl Desk {
                 firmware: short(self.firmware),
                 board: short(self.board),
                 tick_hz: self.tick_hz,
+                parameters: crate::store::LAYOUT,
             }))),
             Command::Status => Ok(Action::Reply(Reply::Status(status(now, bad_frames)))),
             Command::LastFault => Ok(Action::Reply(Reply::Text(self.last_fault.clone()))),
@@ -157,6 +160,10 @@ impl Desk {
             Command::Restart => {
                 only_in(mode != Mode::Run)?;
                 Ok(Action::Restart)
+            }
+            Command::Bootloader => {
+                only_in(mode != Mode::Run)?;
+                Ok(Action::Bootloader)
             }
         }
     }

@@ -56,7 +56,7 @@ pub use parameter_table::ParameterError as SettingsError;
 pub use record::{Record, mode_from_number, mode_number};
 pub use settings::Settings;
 pub use snapshot::{Snapshot, SnapshotValues};
-pub use store::{Loaded, ParameterStore, STORED_BYTES};
+pub use store::{LAYOUT as PARAMETER_LAYOUT, Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
 #[cfg(feature = "defmt")]
 pub use telemetry_lines::{Scales, send as send_record};

@@ -47,7 +47,7 @@ impl Board {
                 self.snapshot.publish(&tick.record, self.control_loop.bench());
                 if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
             }
-            Action::Save | Action::Restart => Ok(Reply::Done),
+            Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
         }
     }
 
@@ -88,6 +88,7 @@ fn commands_are_refused_in_the_wrong_state() {
         Command::Save,
         Command::Bench { on: true },
         Command::Restart,
+        Command::Bootloader,
     ] {
         assert_eq!(board.ask(command), Err(Refusal::State), "{command:?}");
     }
@@ -193,6 +194,19 @@ fn a_bare_board_with_floating_inputs_runs_on_the_bench_and_positions_the_simulat
     assert!((position_m - 0.045).abs() < 0.010, "{position_m}");
     assert_eq!(board.snapshot.mode(), Mode::Run);
     assert_eq!(board.valve, mid, "the real valve stays at mid on the bench");
+}
+
+#[test]
+fn bench_mode_is_reached_from_safe_by_a_board_whose_inputs_have_been_noisy() {
+    let mut board = Board::new();
+    // The noise of the inputs is known by then; the simulated sensors have none.
+    board.run(600, at_rest);
+    board.run(100, |_| [0, 0, 0, 0]);
+    assert!(matches!(board.snapshot.mode(), Mode::Safe(Reason::Range(_))));
+    assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Acknowledge), Ok(Reply::Done));
+    board.run(300, at_rest);
+    assert_eq!(board.snapshot.mode(), Mode::Idle);
 }
 
 #[test]

@@ -113,12 +113,25 @@ impl<P: Read + Write> Client<P> {
         answer.result.map_err(BoardError::Refused)
     }
 
-    fn exchange(&mut self, command: Command) -> Result<Response, BoardError> {
+    /// Asks, and does not wait for the answer: it is passed over when it comes.
+    ///
+    /// # Errors
+    /// The line broke.
+    pub fn post(&mut self, command: Command) -> Result<(), BoardError> {
+        self.sequence += 1;
+        self.send(command)
+    }
+
+    fn send(&mut self, command: Command) -> Result<(), BoardError> {
         let request = Request { version: PROTOCOL_VERSION, session: self.session, sequence: self.sequence, command };
         let mut buffer = [0; FRAME_BYTES];
         let frame = encode(&request, &mut buffer).map_err(|_| BoardError::Unexpected)?;
+        self.port.write_all(frame).and_then(|()| self.port.flush()).map_err(|e| BoardError::Line(e.to_string()))
+    }
+
+    fn exchange(&mut self, command: Command) -> Result<Response, BoardError> {
         for _ in 0..ATTEMPTS {
-            self.port.write_all(frame).and_then(|()| self.port.flush()).map_err(|e| BoardError::Line(e.to_string()))?;
+            self.send(command)?;
             if let Some(response) = self.listen()? {
                 return Ok(response);
             }

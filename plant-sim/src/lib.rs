@@ -36,6 +36,7 @@ pub mod servo;
 pub mod stdio;
 pub mod sweep;
 pub mod telemetry;
+pub mod update;
 
 pub use rig_files::controller;
 

@@ -467,6 +467,9 @@ impl<A: Analog> Chip<A> {
             0xE000_0000..0xE010_0000 => self.system.read(address & !3)?,
             // Unique device number, package, size: words of the system memory.
             0x1FFF_7500..0x1FFF_7600 => 0xFFFF_FFFF,
+            0x1FFF_0000..0x1FFF_7000 => {
+                return Err(Trap::unmodelled(format!("the bootloader in ROM, read at {address:#010x}")));
+            }
             _ => return Err(Trap::Bus(address)),
         };
         let shifted = word >> (8 * (address & 3));

@@ -16,18 +16,26 @@ pub(crate) struct Factor<A, B> {
     formats: PhantomData<(A, B)>,
 }
 
+/// `value · 2^bits` as a mantissa of 31 bits and a shift. Once for all formats: flash is small, and this runs only at start.
+#[inline(never)]
+fn normalised(value: f64, bits: i32) -> (i32, u8) {
+    let scale = (1_u64 << bits.unsigned_abs().min(62)) as f64;
+    let mut mantissa = 2.0 * if bits < 0 { value / scale } else { value * scale };
+    let mut shift = 0;
+    while mantissa.abs() < (1_u32 << 30) as f64 && shift < 61 {
+        mantissa *= 2.0;
+        shift += 1;
+    }
+    let half = if mantissa < 0.0 { -0.5 } else { 0.5 };
+    // A float's conversion saturates.
+    ((mantissa + half) as i32, shift)
+}
+
 impl<A: Fixed<Bits = i32>, B: Fixed<Bits = i32>> Factor<A, B> {
     /// For a value in SI units; what is too large saturates.
     pub(crate) fn new(value: f64) -> Self {
-        let mut mantissa = 2.0 * value * (1_u64 << B::FRAC_NBITS) as f64 / (1_u64 << A::FRAC_NBITS) as f64;
-        let mut shift = 0;
-        while mantissa.abs() < (1_u32 << 30) as f64 && shift < 61 {
-            mantissa *= 2.0;
-            shift += 1;
-        }
-        let half = if mantissa < 0.0 { -0.5 } else { 0.5 };
-        // A float's conversion saturates.
-        Self { mantissa: (mantissa + half) as i32, shift, formats: PhantomData }
+        let (mantissa, shift) = normalised(value, B::FRAC_NBITS as i32 - A::FRAC_NBITS as i32);
+        Self { mantissa, shift, formats: PhantomData }
     }
 
     /// The product, rounded to nearest, before it is saturated.
@@ -62,6 +70,21 @@ pub(crate) fn quotient(n: i32, d: u32, bits: u32) -> i32 {
     saturate((i64::from(n) * inverse) >> (63 - zeros - bits.min(31)))
 }
 
+/// `exp(−x)` with 28 fractional bits for an `x` with 26, to 2e-7: a 64th of it by the series, then squared six times.
+#[inline]
+pub(crate) fn falling_q28(x: u32) -> i32 {
+    const ONE: i64 = 1 << 30;
+    // With 30 fractional bits; x is below 32, a 64th of it below one half.
+    let x = i64::from(x >> 2).min(ONE / 2);
+    let times = |a: i64, b: i64| (a * b + ONE / 2) >> 30;
+    let square = times(x, x);
+    let mut y = ONE - x + square / 2 - times(square, x) / 6 + times(square, square) / 24;
+    for _ in 0..6 {
+        y = times(y, y);
+    }
+    ((y + 2) >> 2) as i32
+}
+
 /// `sqrt(n · 2^26)`: the root of a number with 26 fractional bits, to 2^-15 of its last 16 bits.
 #[inline]
 pub(crate) fn root_q26(n: u32) -> u32 {
@@ -88,6 +111,15 @@ mod tests {
         assert_eq!(factor.of(Position::from_num(0.25)), Velocity::from_num(25));
         assert_eq!(Factor::<Position, Velocity>::new(-1e12).of(Position::MAX), Velocity::MIN);
         assert_eq!(Factor::<Position, Velocity>::new(1e-9).of(Position::from_num(1)), Velocity::ZERO);
+    }
+
+    #[test]
+    fn the_exponential_falls_within_its_bound() {
+        for step in 0..40_000 {
+            let x = f64::from(step) / 2000.0;
+            let found = f64::from(falling_q28((x * f64::exp2(26.0)) as u32)) / f64::exp2(28.0);
+            assert!((found - (-x).exp()).abs() < 2e-7, "{x}: {found} against {}", (-x).exp());
+        }
     }
 
     proptest! {

@@ -13,6 +13,14 @@ pub(crate) struct HoldLimits {
     pub(crate) leave: Position,
     /// Leave when the target has moved by this much.
     pub(crate) target: Position,
+    /// Leave beyond this mean over eight times as many ticks, and at once beyond that error.
+    pub(crate) leave_slowly: Position,
+    /// See `leave_slowly`.
+    pub(crate) leave_at_once: Position,
+    /// Ticks after entering within which the piston may still coast.
+    pub(crate) coast_ticks: u16,
+    /// Change of force that may have moved the piston.
+    pub(crate) force: Acceleration,
     /// Enter below this mean speed.
     pub(crate) speed: Velocity,
     /// Ticks of rest before entering.
@@ -30,6 +38,8 @@ pub(crate) struct HoldLimits {
 pub(crate) struct Weights {
     /// Of the error.
     pub(crate) error: Factor<Position, Position>,
+    /// Of the error while holding.
+    pub(crate) slow: Factor<Position, Position>,
     /// Of the velocity.
     pub(crate) v: Factor<Velocity, Velocity>,
     /// Of the force.
@@ -55,6 +65,8 @@ pub struct Hold {
     ticks: u16,
     target: Position,
     force: Acceleration,
+    load: Acceleration,
+    slow: Position,
     pulse: i8,
     /// Means over the last few ticks.
     pub mean: Means,
@@ -68,8 +80,8 @@ impl Hold {
         target: Position,
         resting: bool,
         now: Means,
-        limits: &HoldLimits,
-        caution: Caution,
+        disturbance: Acceleration,
+        (limits, caution): (&HoldLimits, Caution),
     ) -> bool {
         let (mean, weights) = (&mut self.mean, &limits.weights);
         mean.error = mean.error.saturating_add(weights.error.of(now.error.saturating_sub(mean.error)));
@@ -77,8 +89,15 @@ impl Hold {
         mean.force = mean.force.saturating_add(weights.force.of(now.force.saturating_sub(mean.force)));
         let error = mean.error.saturating_abs();
         if self.on {
-            let moved = target.saturating_sub(self.target).saturating_abs() > limits.target;
-            if moved || error > caution.of(limits.leave) {
+            self.ticks = self.ticks.saturating_add(1);
+            // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
+            self.slow = self.slow.saturating_add(weights.slow.of(now.error.saturating_sub(self.slow)));
+            let may_move = self.ticks < limits.coast_ticks
+                || mean.force.saturating_sub(self.force).saturating_abs() > limits.force;
+            let off = (may_move && error > caution.of(limits.leave))
+                || self.slow.saturating_abs() > caution.of(limits.leave_slowly)
+                || error > caution.of(limits.leave_at_once);
+            if off || target.saturating_sub(self.target).saturating_abs() > limits.target {
                 self.on = false;
                 self.ticks = 0;
             }
@@ -86,6 +105,7 @@ impl Hold {
             self.ticks = self.ticks.saturating_add(1);
             if self.ticks >= limits.ticks {
                 (self.on, self.target, self.force, self.pulse) = (true, target, mean.force, 0);
+                (self.load, self.slow) = (disturbance, mean.error);
             }
         } else {
             self.ticks = 0;
@@ -93,11 +113,14 @@ impl Hold {
         self.on
     }
 
-    /// Rate of force that brings back what leaked away: zero, but for a pulse once the force has drifted.
+    /// Rate of force that brings back what leaked away: zero, but for a pulse once the force has drifted away from the middle
+    /// of what friction holds. Drift towards the middle only holds the piston safer.
     #[inline]
     pub(crate) fn restoring_rate(&mut self, limits: &HoldLimits) -> Jerk {
         let drift = self.force.saturating_sub(self.mean.force);
-        if drift.saturating_abs() > limits.drift {
+        let off_middle = self.mean.force.saturating_add(self.load);
+        let outward = (drift > 0 && off_middle < 0) || (drift < 0 && off_middle > 0);
+        if outward && drift.saturating_abs() > limits.drift {
             self.pulse = if drift > 0 { 1 } else { -1 };
         }
         if (self.pulse > 0 && drift <= 0) || (self.pulse < 0 && drift >= 0) {

@@ -1,7 +1,7 @@
 //! The law: a jerk that places three poles at `−w`, and the opening of the valve that gives it.
 
 use super::air::Air;
-use super::factor::Factor;
+use super::factor::{Factor, quotient};
 use super::hold::Means;
 use super::reference::Motion;
 use super::stick::{LeadGains, Stick};
@@ -26,7 +26,7 @@ pub(crate) struct LawGains {
 #[inline]
 fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
     let slope = slope.to_bits().unsigned_abs();
-    limit(Angle::from_bits(super::factor::quotient(rate.to_bits(), slope, 28)), -most, most)
+    limit(Angle::from_bits(quotient(rate.to_bits(), slope, 28)), -most, most)
 }
 
 /// The valve's command and its effective voltage for this tick.
@@ -41,7 +41,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         && state.motion.v.saturating_abs() < tuning.standing
         && followed.motion.v == 0;
     let now = Means { error: target.saturating_sub(estimate.y), v: estimate.v, force: estimate.force };
-    if state.hold.decide(target, resting, now, &tuning.hold, caution) {
+    if state.hold.decide(target, resting, now, estimate.disturbance, (&tuning.hold, caution)) {
         state.stick = Stick::default();
         let rate = state.hold.restoring_rate(&tuning.hold);
         if rate == 0 {
@@ -68,14 +68,16 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         + gains.v.wide(reference.v.saturating_sub(estimate.v))
         + gains.y.wide(reference.position().saturating_sub(estimate.y));
     let by_motion = multiply(air.stiffness.to_bits(), estimate.v.to_bits(), 24);
-    let rate = Jerk::from_bits(saturate(jerk + i64::from(by_motion)));
+    let mass = state.body.mass.to_bits();
+    let rate = Jerk::from_bits(multiply(saturate(jerk), mass, 28).saturating_add(by_motion));
     let slope = state.valve.slope(rate >= 0, air);
     let theta = angle_for(rate, slope, most);
     // What the valve cannot give, the reference does not ask for.
     let excess = if theta.saturating_abs() < most {
         Jerk::ZERO
     } else {
-        Jerk::from_bits(multiply(theta.to_bits(), slope.to_bits(), 28)).saturating_sub(rate)
+        let missing = multiply(theta.to_bits(), slope.to_bits(), 28).saturating_sub(rate.to_bits());
+        Jerk::from_bits(quotient(missing, mass.unsigned_abs(), 28))
     };
     state.motion = reference.after(jerk_r.saturating_add(excess), tick);
     valve.command(&state.valve, theta)

@@ -7,13 +7,15 @@
 //!                            observer ────┘   └─ learning             valve gain, dead zone, friction
 //! ```
 //!
-//! Forces are per moving mass, so that the tick never needs the mass, and a force has the format of an acceleration:
+//! Forces are per nominal moving mass, so that the tick never needs the mass, and a force has the format of an acceleration:
 //!
 //! | quantity | type | unit | range | resolution |
 //! | --- | --- | --- | --- | --- |
 //! | position, velocity, pressure, voltage | see [`quantities`](crate::quantities) | | | |
 //! | acceleration, force per moving mass | [`Acceleration`] = I16F16 | m/s2 | ±32,768 | 1.5e-5 |
 //! | jerk, rate of force per moving mass, its slope per radian | [`Jerk`] = I24F8 | m/s3 | ±8.4e6 | 0.004 |
+//! | viscous friction per moving mass | [`Damping`] = I16F16 | 1/s | ±32,768 | 1.5e-5 |
+//! | lag | [`Ticks`] = I16F16 | ticks | ±32,768 | 1.5e-5 |
 //! | stiffness over mass | [`Stiffness`] = I24F8 | 1/s2 | ±8.4e6 | 0.004 |
 //! | angle `θ = atan(2 w)` | [`Angle`] = I4F28 | rad | ±8 | 4e-9 |
 //! | flow over nominal flow | [`Ratio`] = I4F28 | 1 | ±8 | 4e-9 |
@@ -27,7 +29,7 @@ mod factor;
 pub mod hold;
 pub mod inversion;
 mod law;
-mod learning;
+pub mod learning;
 pub mod observer;
 pub mod reference;
 pub mod stick;
@@ -41,7 +43,8 @@ use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use hold::Hold;
 use inversion::ValveModel;
-use observer::Estimate;
+use learning::Lag;
+use observer::{Body, Estimate};
 use reference::Motion;
 use stick::Stick;
 use stream::Stream;
@@ -53,6 +56,10 @@ pub type Acceleration = I16F16;
 pub type Jerk = I24F8;
 /// A stiffness over the moving mass, 1/s2.
 pub type Stiffness = I24F8;
+/// A viscous friction per moving mass, 1/s.
+pub type Damping = I16F16;
+/// A time in ticks.
+pub type Ticks = I16F16;
 /// An angle, rad.
 pub type Angle = I4F28;
 /// A ratio.
@@ -103,8 +110,10 @@ pub struct ServoState {
     pub motion: Motion,
     /// The valve as learned.
     pub valve: ValveModel,
-    /// Coulomb friction as learned, per moving mass.
-    pub coulomb: Acceleration,
+    /// Friction and mass as learned.
+    pub body: Body,
+    /// Lag of the spool as learned.
+    pub lag: Lag,
     /// Hold.
     pub hold: Hold,
     stream: Stream,
@@ -129,7 +138,8 @@ impl ServoState {
         if !self.learned {
             self.learned = true;
             self.valve = ValveModel { zones: tuning.valve.zones, gains: [Ratio::ONE; 2] };
-            self.coulomb = tuning.coulomb_start;
+            self.body = tuning.body;
+            self.lag = Lag::of(tuning.lag);
         }
         let (centre, at_rest) = (tuning.valve.centre, Motion::at(y));
         *self = Self {
@@ -139,7 +149,8 @@ impl ServoState {
             acting: centre,
             forces,
             valve: self.valve,
-            coulomb: self.coulomb,
+            body: self.body,
+            lag: Lag::of(self.lag.ticks),
             learned: true,
             ..Self::default()
         };
@@ -148,7 +159,9 @@ impl ServoState {
 
 impl Tuning {
     /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run.
-    #[inline]
+    ///
+    /// Never inlined, so that it is compiled with this crate's options: for speed, also in a firmware that is compiled for size.
+    #[inline(never)]
     pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
         let chambers = &self.chambers;
         let force_of = |pressure: Pressure| chambers.per_pa.of(pressure);
@@ -166,18 +179,20 @@ impl Tuning {
         let air = chambers.air(state.estimate.y, state.forces);
         let innovation = state.estimate.correct(read.y, measured, &self.observer);
         let valve = (&self.valve, &state.valve);
-        let opening = state.estimate.predict(state.acting, &air, valve, state.coulomb, (&self.observer, &self.tick));
-        let valve = (&self.valve, &mut state.valve);
-        if measured.is_some() {
-            learning::learn(
-                valve,
-                &mut state.coulomb,
-                &mut state.estimate,
-                &innovation,
-                &opening,
-                &air,
-                &self.learning,
-            );
+        let opening = state.estimate.predict(
+            state.acting,
+            &air,
+            valve,
+            (state.lag.ticks, &state.body),
+            (&self.observer, &self.tick),
+        );
+        if let Some(force) = innovation.force {
+            // A wrong rate of force stands as an innovation of that rate over the correction's.
+            let wrong = self.learning.wrong.of(force);
+            let slope = state.valve.slope(opening.theta >= 0, &air);
+            state.lag.learn(wrong, opening.theta, slope, &self.learning);
+            learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
+            learning::learn_body(&mut state.body, &mut state.estimate, &self.learning);
         } else {
             state.estimate.unseen_force(&self.observer);
         }

@@ -5,9 +5,9 @@
 
 use super::air::Air;
 use super::angle::angle;
-use super::factor::Factor;
+use super::factor::{Factor, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
-use super::{Acceleration, Angle, Jerk, Tick};
+use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
 use crate::arithmetic::{limit, multiply, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 
@@ -24,18 +24,21 @@ pub(crate) struct ObserverGains {
     pub(crate) force: Factor<Acceleration, Acceleration>,
     /// How fast an unmeasured force takes up what the model does not explain, per tick.
     pub(crate) unseen: Factor<Acceleration, Acceleration>,
+    /// Stiffness of the bristles, `T² σ_0 / M`, 24 fractional bits.
+    pub(crate) bristle_q24: i32,
     /// `T σ_0 / M`: from velocity to the change of the bristles' force.
     pub(crate) bristle: Factor<Velocity, Acceleration>,
-    /// `σ_2 / M`.
-    pub(crate) viscous: Factor<Velocity, Acceleration>,
-    /// What is left of a velocity after a tick with the bristles holding.
-    pub(crate) held: Factor<Velocity, Velocity>,
-    /// The same with the bristles sliding.
-    pub(crate) sliding: Factor<Velocity, Velocity>,
-    /// Part of the distance to the command that the spool still has after a tick.
-    pub(crate) spool_keeps: Factor<Voltage, Voltage>,
-    /// The same, mean over the tick.
-    pub(crate) spool_mean: Factor<Voltage, Voltage>,
+}
+
+/// The piston and its load as learned; friction per nominal mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Coulomb friction.
+    pub coulomb: Acceleration,
+    /// Viscous friction.
+    pub viscous: Damping,
+    /// Mass over nominal mass.
+    pub mass: Ratio,
 }
 
 /// What is known of the rig at the next tick. Forces are per moving mass.
@@ -75,6 +78,25 @@ pub(crate) struct Opening {
     pub(crate) theta: Angle,
 }
 
+/// How the spool follows its command within a tick, 28 fractional bits.
+struct Spool {
+    /// Part of the distance to the command that the spool still has after the tick.
+    keeps_q28: i32,
+    /// The same, mean over the tick.
+    mean_q28: i32,
+}
+
+impl Spool {
+    #[inline]
+    fn of(lag: Ticks) -> Self {
+        if lag <= 0 {
+            return Self { keeps_q28: 0, mean_q28: 0 };
+        }
+        let keeps_q28 = falling_q28(quotient(1 << 16, lag.to_bits().unsigned_abs(), 26).unsigned_abs());
+        Self { keeps_q28, mean_q28: multiply(lag.to_bits(), (1 << 28) - keeps_q28, 16) }
+    }
+}
+
 impl Estimate {
     /// Corrects the prediction by this tick's samples.
     #[inline]
@@ -106,12 +128,13 @@ impl Estimate {
         u: Voltage,
         air: &Air,
         (valve, model): (&Valve, &ValveModel),
-        coulomb: Acceleration,
+        (lag, body): (Ticks, &Body),
         (gains, tick): (&ObserverGains, &Tick),
     ) -> Opening {
         let distance = self.spool.saturating_sub(u);
-        let mean = u.saturating_add(gains.spool_mean.of(distance));
-        self.spool = u.saturating_add(gains.spool_keeps.of(distance));
+        let spool = Spool::of(lag);
+        let mean = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.mean_q28, 28)));
+        self.spool = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.keeps_q28, 28)));
         let w = valve.effective(model, mean);
         let theta = angle(w);
         let slope = model.slope(theta >= 0, air);
@@ -122,20 +145,25 @@ impl Estimate {
         // Bristles are stiff: implicit, first as if they held, then as if they slid.
         let mean = (i64::from(force_now.to_bits()) + i64::from(self.force.to_bits()) + 1) >> 1;
         let push = Acceleration::from_bits(saturate(mean)).saturating_add(self.disturbance);
-        let moved =
-            |v: Velocity, friction: Acceleration| v.saturating_add(tick.acceleration.of(push.saturating_sub(friction)));
+        // v' = (m v + T (push − friction)) / (m + T (viscous + T stiffness)), m over the nominal mass.
+        let mass = body.mass.to_bits() >> 4;
+        let damped = mass.saturating_add(tick.acceleration.of(body.viscous).to_bits());
+        let momentum = i64::from(multiply(mass, self.v.to_bits(), 24));
+        let moved = |friction: Acceleration, inertia: i32| {
+            let gain = tick.acceleration.of(push.saturating_sub(friction));
+            let momentum = saturate(momentum + i64::from(gain.to_bits()));
+            Velocity::from_bits(quotient(momentum, inertia.unsigned_abs(), 24))
+        };
         let before = self.v;
-        let held = gains.held.of(moved(before, self.bristle));
+        let held = moved(self.bristle, damped.saturating_add(gains.bristle_q24));
         let bristle = self.bristle.saturating_add(gains.bristle.of(held));
-        self.bristle = limit(bristle, -coulomb, coulomb);
-        self.v = if self.bristle == bristle { held } else { gains.sliding.of(moved(before, self.bristle)) };
+        self.bristle = limit(bristle, -body.coulomb, body.coulomb);
+        self.v = if self.bristle == bristle { held } else { moved(self.bristle, damped) };
         let mean = (i64::from(before.to_bits()) + i64::from(self.v.to_bits()) + 1) >> 1;
         self.y = self.y.saturating_add(tick.velocity.of(Velocity::from_bits(saturate(mean))));
-        self.a = self
-            .force
-            .saturating_add(self.disturbance)
-            .saturating_sub(self.bristle)
-            .saturating_sub(gains.viscous.of(self.v));
+        let viscous = Acceleration::from_bits(multiply(body.viscous.to_bits(), self.v.to_bits(), 24));
+        let force = self.force.saturating_add(self.disturbance).saturating_sub(self.bristle).saturating_sub(viscous);
+        self.a = Acceleration::from_bits(quotient(force.to_bits(), body.mass.to_bits().unsigned_abs(), 28));
         Opening { w, theta }
     }
 }

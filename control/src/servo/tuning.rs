@@ -8,11 +8,11 @@ use super::hold::{HoldLimits, Weights};
 use super::inversion::Valve;
 use super::law::LawGains;
 use super::learning::LearningRates;
-use super::observer::ObserverGains;
+use super::observer::{Body, ObserverGains};
 use super::reference::Limits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
-use super::{Acceleration, Micrometres, Tick};
+use super::{Acceleration, Micrometres, Ratio, Tick, Ticks};
 use crate::config::{ConfigError, demand, scaled};
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::parameters::{Key, Parameters};
@@ -38,19 +38,33 @@ const LOST: f64 = 0.4;
 /// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
 const PEAK_HELD_S: f64 = 1.0;
 /// Part of the nominal Coulomb friction that is compensated before any is learned.
-const COULOMB_START: f64 = 0.55;
+const COULOMB_START: f64 = 0.7;
 /// Rates of learning, 1/s: gain, dead zone, friction.
 const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
 /// Bounds of the dead zone over its nominal width.
 const ZONE_BOUNDS: [f64; 2] = [0.75, 1.25];
 /// Bounds of the friction over its nominal value.
-const FRICTION_BOUNDS: [f64; 2] = [0.3, 1.4];
+const FRICTION_BOUNDS: [f64; 2] = [0.3, 1.5];
+/// Bounds of the lag over its nominal value.
+const LAG_BOUNDS: [f64; 2] = [0.25, 3.5];
+/// How fast the lag is learned while the angle turns, 1/s.
+const LAG_RATE: f64 = 5.0;
+/// Change of angle above which the force tells the lag, rad/s.
+const TURNING: f64 = 100.0;
+/// Part of the friction's rate with which the mass is learned.
+const MASS_PART: f64 = 0.2;
 /// Angle below which the dead zone is crossed on a straight line, rad.
 const BLEND: f64 = 0.01;
 /// Hold: enter below this error and leave beyond that, m.
-const HOLD_M: [f64; 2] = [22e-6, 45e-6];
+const HOLD_M: [f64; 2] = [20e-6, 40e-6];
+/// Hold: leave beyond this mean over eight times as long, and beyond that error at once, over the error to leave at.
+const LEAVE: [f64; 2] = [1.2, 2.0];
+/// Hold: time after entering within which the piston may still coast, s.
+const COAST_S: f64 = 0.2;
+/// Hold: change of force that may have moved the piston, over the Coulomb friction.
+const MOVING: f64 = 0.1;
 /// Hold: enter below this speed, m/s.
-const HOLD_SPEED: f64 = 3e-3;
+const HOLD_SPEED: f64 = 1.8e-3;
 /// Hold: time over which its error, speed and force are means, s.
 const HOLD_MEAN_S: f64 = 8e-3;
 /// Hold: time of rest before entering, s; stick: time before the force is led.
@@ -65,6 +79,8 @@ const SAME_M: f64 = 5e-6;
 const STANDING: f64 = 1e-3;
 /// Reference: distance from which it is put on its aim, beyond one tick's jerk, m.
 const NEAR_M: f64 = 2e-6;
+/// Reference: shortest time for which a jerk is planned, s.
+const PLANNED_S: f64 = 1e-3;
 /// Stick: mean speed below which the piston sticks, m/s.
 const STICK_SPEED: f64 = 1.6e-3;
 /// Stick: rate of force over that of the law.
@@ -89,8 +105,10 @@ pub struct Tuning {
     pub(super) stick: StickGains,
     /// Speed below which the reference stands.
     pub(super) standing: Velocity,
-    /// Coulomb friction before any was learned.
-    pub(super) coulomb_start: Acceleration,
+    /// Friction and mass before any were learned.
+    pub(super) body: Body,
+    /// Lag before any was learned.
+    pub(super) lag: Ticks,
     /// From an innovation of the position to the noise it shows.
     pub(super) noise_of: Factor<Position, Micrometres>,
     /// How fast that is learned, per tick.
@@ -101,17 +119,12 @@ pub struct Tuning {
 
 /// A value as the format has it, saturated.
 fn exactly<T: Fixed<Bits = i32>>(value: f64) -> T {
-    let bits = scaled(value, T::FRAC_NBITS).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
-    T::from_bits(bits as i32)
+    T::from_bits(bits_of(value, T::FRAC_NBITS))
 }
 
-/// `exp(−x)` for `x >= 0`: halved until a few terms of the series do, then squared.
-fn falling(x: f64) -> f64 {
-    if x > 0.125 {
-        let root = falling(x / 2.0);
-        return root * root;
-    }
-    1.0 / (1.0 + x * (1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0 * (1.0 + x / 6.0))))))
+#[inline(never)]
+fn bits_of(value: f64, bits: u32) -> i32 {
+    scaled(value, bits).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }
 
 impl Tuning {
@@ -119,6 +132,8 @@ impl Tuning {
     ///
     /// # Errors
     /// The first parameter that does not fit another.
+    // Apart from its callers: its frame is large.
+    #[inline(never)]
     pub(crate) fn new(p: &Parameters, inverse: &DeadZoneInverse) -> Result<Self, ConfigError> {
         let hz = f64::from(p.tick_hz);
         let t = 1.0 / hz;
@@ -127,13 +142,14 @@ impl Tuning {
             [p.servo_speed_m_per_s, p.servo_acceleration_m_per_s2, p.servo_jerk_m_per_s3].map(f64::from);
         let w = f64::from(p.servo_bandwidth_rad_per_s);
         let w_o = f64::from(p.servo_observer_rad_per_s);
+        let planned = t.max(PLANNED_S);
         let natural = speed * jerk / (acceleration * acceleration);
         demand(
-            natural <= 3.0 && t * jerk <= 0.5 * acceleration,
+            natural <= 3.0 && planned * jerk <= 0.5 * acceleration,
             Key::servo_jerk_m_per_s3,
             jerk,
             "be at most 3 times the square of servo_acceleration_m_per_s2 over servo_speed_m_per_s, and at most half that \
-             acceleration in a tick (metres per second cubed)",
+             acceleration in a tick or a millisecond (metres per second cubed)",
         )?;
         demand(w_o * t <= 0.5, Key::servo_observer_rad_per_s, w_o, "be at most half of tick_hz (radians per second)")?;
         let per_mass = f64::from(p.servo_area_m2_per_kg);
@@ -153,10 +169,11 @@ impl Tuning {
         };
         let gamma = f64::from(p.servo_heat_capacity_ratio);
         let coulomb = f64::from(p.servo_coulomb_m_per_s2);
+        // What friction is a part of must not be zero.
+        let unit = coulomb.max(0.01);
         let force_rate = f64::from(p.servo_force_rate_per_s);
         let (bristle, viscous) = (f64::from(p.servo_bristle_per_s2), f64::from(p.servo_viscous_per_s));
         let lag = f64::from(p.servo_lag_s);
-        let keeps = if lag > 0.0 { falling((t / lag).min(40.0)) } else { 0.0 };
         let weight = (t / HOLD_MEAN_S).min(1.0);
         let ticks = |time_s: f64| (time_s * hz) as u16;
         let valve = valve(p, inverse);
@@ -179,17 +196,23 @@ impl Tuning {
                 force: Factor::new((force_rate * t).min(1.0)),
                 unseen: Factor::new((UNSEEN_RATE * t).min(1.0)),
                 bristle: Factor::new(bristle * t),
-                viscous: Factor::new(viscous),
-                held: Factor::new(1.0 / (1.0 + t * (viscous + t * bristle))),
-                sliding: Factor::new(1.0 / (1.0 + t * viscous)),
-                spool_keeps: Factor::new(keeps),
-                spool_mean: Factor::new(lag / t * (1.0 - keeps)),
+                bristle_q24: exactly::<I8F24>(bristle * t * t).to_bits(),
             },
             learning: LearningRates {
                 wrong: Factor::new(force_rate),
                 gain: Factor::new(LEARN[0] * t),
                 zone: Factor::new(LEARN[1] * t),
-                friction: Factor::new(LEARN[2] * t),
+                lag: Factor::new(LAG_RATE * t),
+                turn: Factor::new((force_rate * t).min(1.0)),
+                turning_square: exactly(TURNING * t * TURNING * t),
+                lag_bounds: LAG_BOUNDS.map(|bound| exactly(bound * lag * hz)),
+                body: Factor::new(LEARN[2] * t / unit),
+                coulomb: exactly(coulomb),
+                viscous: exactly(viscous),
+                viscous_bounds: FRICTION_BOUNDS.map(|bound| exactly(bound * viscous)),
+                viscous_part: Factor::new(viscous / unit),
+                inertia_part: Factor::new(1.0 / unit),
+                mass_part: Factor::new(MASS_PART),
                 zone_bounds: valve.zones.map(|zone| {
                     ZONE_BOUNDS.map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
@@ -213,28 +236,42 @@ impl Tuning {
             },
             limits: Limits {
                 speed: exactly::<I6F26>(natural),
-                tick: exactly::<I6F26>(t * jerk / acceleration),
+                tick: exactly::<I6F26>(planned * jerk / acceleration),
                 length: Factor::new(jerk * jerk / (acceleration * acceleration * acceleration)),
                 velocity: Factor::new(jerk / (acceleration * acceleration)),
                 aim_jerk: Factor::new(1.0 / jerk),
                 acceleration: Factor::new(1.0 / acceleration),
-                jerk: Factor::new(acceleration * hz),
-                near: (exactly(jerk * t), exactly(jerk * t * t), exactly(NEAR_M + jerk * t * t * t)),
+                jerk: Factor::new(acceleration / planned),
+                near: (
+                    exactly(jerk * planned),
+                    exactly(jerk * planned * planned),
+                    exactly(NEAR_M + jerk * planned * planned * planned),
+                ),
             },
             law: gains(w),
             hold: HoldLimits {
                 enter: exactly(HOLD_M[0]),
                 leave: exactly(HOLD_M[1]),
+                leave_slowly: exactly(LEAVE[0] * HOLD_M[1]),
+                leave_at_once: exactly(LEAVE[1] * HOLD_M[1]),
+                coast_ticks: ticks(COAST_S),
+                force: exactly(MOVING * coulomb),
                 target: exactly(SAME_M),
                 speed: exactly(HOLD_SPEED),
                 ticks: ticks(REST_S),
-                weights: Weights { error: Factor::new(weight), v: Factor::new(weight), force: Factor::new(weight) },
+                weights: Weights {
+                    error: Factor::new(weight),
+                    slow: Factor::new(weight / 8.0),
+                    v: Factor::new(weight),
+                    force: Factor::new(weight),
+                },
                 drift: exactly(HOLD_DRIFT * coulomb),
                 pulse: exactly(HOLD_DRIFT * coulomb / PULSE_S),
             },
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
             standing: exactly(STANDING),
-            coulomb_start: exactly(COULOMB_START * coulomb),
+            body: Body { coulomb: exactly(COULOMB_START * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
+            lag: exactly(lag * hz),
             noise_of: Factor::new(1.25e6),
             noise_follow: Factor::new(NOISE_RATE * t),
             caution_of: Factor::new(1.0 / QUIET_UM),
@@ -264,7 +301,7 @@ fn valve(p: &Parameters, inverse: &DeadZoneInverse) -> Valve {
     Valve {
         centre,
         slopes_q16: slopes.map(|slope| scaled(slope, 16) as i32),
-        per_slopes_q16: [inverse.per_slope_right_q16, inverse.per_slope_left_q16],
+        per_slopes_q16: [inverse.per_slope_right.to_bits(), inverse.per_slope_left.to_bits()],
         ends: [lowest, highest],
         most,
         blend: exactly(BLEND),

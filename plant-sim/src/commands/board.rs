@@ -1,15 +1,21 @@
 //! `plant-sim board`: commands to the board over its virtual COM port.
 
+mod bench;
 mod measure;
 mod parameters;
+mod tune;
+mod update;
 
 use super::{CliError, in_range};
 use board_link::{Command, Generator, Parameter, Reply, Shape};
 use plant_sim::board::{BoardError, Client};
 use plant_sim::commission::calibrate::Channel;
 use plant_sim::commission::dead_zone::Search;
+use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
+use tune::Tune;
+use update::Update;
 
 /// Talk to a board: state, setpoints, parameters.
 ///
@@ -19,13 +25,25 @@ use std::time::Duration;
     plant-sim board --port /dev/ttyACM0 status\n  \
     plant-sim board --port /dev/ttyACM0 arm\n  \
     plant-sim board --port /dev/ttyACM0 hold 0.045\n  \
-    plant-sim board --port /dev/ttyACM0 disarm")]
+    plant-sim board --port /dev/ttyACM0 disarm\n\n\
+    The same without a board, the firmware on the emulated chip; commands come from standard input, one a line:\n  \
+    plant-sim board --emulated target/thumbv7em-none-eabihf/firmware/firmware --rig rigs/real-mpye.toml")]
 pub(crate) struct Arguments {
     /// The ST-LINK's virtual COM port, e.g. /dev/ttyACM0, /dev/cu.usbmodem…, COM3
     #[arg(long, value_name = "PORT", default_value = "/dev/ttyACM0")]
     port: String,
+    /// No board: this firmware (ELF) on the emulated chip, a simulated cylinder at its pins. Reads commands from standard input, one a
+    /// line; besides those below `wait SECONDS`, `push NEWTON`, `supply PASCAL`, `sensors on|off`, `meter`, `power-cycle`
+    #[arg(long, value_name = "ELF", conflicts_with = "port")]
+    emulated: Option<PathBuf>,
+    /// The cylinder at the emulated board's pins (default: the paper's case a)
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    rig: Option<PathBuf>,
+    /// Where to write the emulated board's telemetry as a log (CSV) at the end
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    log: Option<PathBuf>,
     #[command(subcommand)]
-    action: Action,
+    action: Option<Action>,
 }
 
 #[derive(clap::Subcommand, Debug)]
@@ -108,6 +126,13 @@ enum Action {
         #[arg(long)]
         save: bool,
     },
+    /// Let the board find out about its rig: dead zone, mass, friction, flow; and step before and after
+    #[command(
+        after_long_help = "The piston moves about the middle of its range: first by small valve voltages, then by 2, 5 and 10 % of the \
+        range, for a minute. The diagnosis tells what the log of it shows, and writes DIR/extended-rig.toml and DIR/report.html. \
+        Without --apply or --save the board is left as it was."
+    )]
+    Tune(tune::Arguments),
     /// Write all parameters to flash
     Save,
     /// Back to the defaults (not saved)
@@ -122,6 +147,21 @@ enum Action {
     LastFault,
     /// Restart the board
     Restart,
+    /// New firmware over the serial line; the parameters stay
+    #[command(
+        after_long_help = "The file is checked first: chip, board, protocol, layout of the parameters. The board leaves for the \
+        bootloader in its ROM, with the valve at mid and the air off, and starts the new firmware when all of it has been read back."
+    )]
+    Update {
+        /// What `cargo fw` makes: target/thumbv7em-none-eabihf/firmware/firmware
+        file: PathBuf,
+        /// The board waits in its bootloader already: an update that was cut, or BOOT0 tied to 3.3 V
+        #[arg(long)]
+        in_bootloader: bool,
+        /// The new firmware stores parameters in another layout: they are lost
+        #[arg(long)]
+        new_parameters: bool,
+    },
     /// List all parameters with range, default and meaning (no board needed), or write those of the board to a file
     Parameters {
         /// File for the board's present values; `board apply` takes it back
@@ -178,11 +218,23 @@ fn failed(error: BoardError) -> CliError {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    // What is typed is judged before a board is looked for.
-    let task = match &arguments.action {
+    match (&arguments.emulated, &arguments.action) {
+        (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
+        (None, Some(action)) => match task(action)? {
+            None => Ok(()),
+            Some(Task::Update(update)) => update.carry_out(&arguments.port),
+            Some(task) => carry_out(task, &mut open(&arguments.port)?),
+        },
+        (None, None) => Err(CliError::Usage("say what to do, for example `status`; --help lists the commands".into())),
+    }
+}
+
+/// What an action asks of the board; `None`: nothing, it is done. What is typed is judged before a board is looked for.
+fn task(action: &Action) -> Result<Option<Task>, CliError> {
+    Ok(Some(match action {
         Action::Parameters { out: None } => {
             parameters::list();
-            return Ok(());
+            return Ok(None);
         }
         Action::Parameters { out: Some(out) } => Task::Write(out.clone()),
         Action::Get { name: None } => Task::Show,
@@ -199,19 +251,31 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
         }
+        Action::Tune(arguments) => Task::Tune(Box::new(Tune::prepare(arguments)?)),
+        Action::Update { file, in_bootloader, new_parameters } => {
+            Task::Update(Update::read(file, *in_bootloader, *new_parameters)?)
+        }
         other => Task::Ask(command(other)?),
-    };
-    let mut client = open(&arguments.port)?;
+    }))
+}
+
+fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), CliError> {
     match task {
         Task::Ask(command) => show(&client.ask(command).map_err(failed)?),
-        Task::Show => parameters::show(&mut client)?,
-        Task::Set(changes) => parameters::set(&mut client, &changes)?,
-        Task::Apply(path, file, save) => parameters::apply(&mut client, &path, &file, save)?,
+        Task::Show => parameters::show(client)?,
+        Task::Set(changes) => parameters::set(client, &changes)?,
+        Task::Apply(path, file, save) => parameters::apply(client, &path, &file, save)?,
         Task::Calibrate(channel, values, save) => {
-            measure::calibrate(&mut client, channel, values, save, measure::ask_person)?;
+            measure::calibrate(client, channel, values, save, measure::ask_person)?;
         }
-        Task::DeadZone(search, apply, save) => measure::dead_zone(&mut client, &search, apply, save)?,
-        Task::Write(out) => parameters::write(&mut client, &out)?,
+        Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
+        Task::Tune(tune) => tune.carry_out(client)?,
+        Task::Write(out) => parameters::write(client, &out)?,
+        Task::Update(_) => {
+            return Err(CliError::Usage(
+                "the emulated chip has no bootloader in its ROM; give --emulated the new file".into(),
+            ));
+        }
     }
     Ok(())
 }
@@ -232,6 +296,10 @@ enum Task {
     DeadZone(Search, bool, bool),
     /// All values to a file.
     Write(PathBuf),
+    /// The board finds out about its rig.
+    Tune(Box<Tune>),
+    /// New firmware.
+    Update(Update),
 }
 
 fn open(port: &str) -> Result<Client<Box<dyn serialport::SerialPort>>, CliError> {
@@ -267,6 +335,8 @@ fn command(action: &Action) -> Result<Command, CliError> {
         // `run` has taken the others out.
         Action::Status
         | Action::Calibrate { .. }
+        | Action::Tune(_)
+        | Action::Update { .. }
         | Action::DeadZone { .. }
         | Action::Parameters { .. }
         | Action::Get { name: None }

@@ -6,12 +6,13 @@ use control::{Key, LawChoice, Mode, Parameters, Reason};
 use plant_sim::bound::bound_s;
 use plant_sim::charts;
 use plant_sim::controller;
+use plant_sim::emulated::positioning;
 use plant_sim::metrics::StepMetrics;
 use plant_sim::recording::Recording;
 use plant_sim::{ConversionNoise, LoopSettings, MonitorAction};
 use report_html::{Page, Plot, Table, Tone, svg};
-use rig_files::{InputError, RigFile, write_file};
-use std::path::PathBuf;
+use rig_files::{InputError, Log, RigFile, write_file};
+use std::path::{Path, PathBuf};
 
 /// Position one or several rigs under the firmware's own control laws; this is what plant-sim does without a command.
 ///
@@ -23,7 +24,8 @@ use std::path::PathBuf;
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim run\n  \
     plant-sim run --rig rigs/real-mpye.toml --gain 8 --target 0.1 --duration 4\n  \
-    plant-sim run --noise-position 0 --noise-pressure 0 --seed 7 --logs")]
+    plant-sim run --noise-position 0 --noise-pressure 0 --seed 7 --logs\n  \
+    plant-sim run --rig rigs/paper-a.toml --elf target/thumbv7em-none-eabihf/firmware/firmware")]
 pub(crate) struct Arguments {
     /// Rig file (TOML); repeat it to compare rigs. By default the paper's three cylinders
     #[arg(long, value_name = "FILE")]
@@ -52,6 +54,10 @@ pub(crate) struct Arguments {
     /// What the controller's model monitor does when the readings contradict the rig's nominal values. On the board it trips
     #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
     monitor: MonitorAction,
+    /// The firmware's ELF file: it runs the loop, on the emulated chip (docs/emulator.md), instead of the loop on this computer. With
+    /// --logs, the log is made of its telemetry
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
     /// Folder for the report, the picture and the logs
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
@@ -70,6 +76,8 @@ struct Run {
     /// What no law on this valve beats, s.
     bound_s: f64,
     recording: Recording,
+    /// What the firmware has sent, if the firmware ran the loop.
+    telemetry: Option<Log>,
     metrics: StepMetrics,
 }
 
@@ -88,8 +96,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     super::make_folder(&arguments.out)?;
     let mut runs = Vec::new();
+    let elf = arguments.elf.as_deref().map(read_elf).transpose()?;
     for rig in &rigs {
-        runs.extend(position(rig, arguments, &settings)?);
+        runs.extend(position(rig, arguments, &settings, elf.as_deref())?);
     }
 
     let table = table(&runs);
@@ -108,7 +117,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.logs {
         for run in &runs {
             let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name())));
-            run.recording.to_log().write(&path)?;
+            run.telemetry.clone().unwrap_or_else(|| run.recording.to_log()).write(&path)?;
             say!("Log:     {}", path.display());
             let path = arguments.out.join(format!("{}-true.csv", super::file_name(&run.name())));
             run.recording.to_true_log().write(&path)?;
@@ -130,8 +139,17 @@ fn check(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
+fn read_elf(path: &Path) -> Result<Vec<u8>, CliError> {
+    std::fs::read(path).map_err(|error| InputError::unreadable(&path.display().to_string(), &error).into())
+}
+
 /// The runs of one rig: under the positioning law, unless the controller file chooses the paper's, and under the paper's.
-fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Result<Vec<Run>, CliError> {
+fn position(
+    rig: &RigFile,
+    arguments: &Arguments,
+    settings: &LoopSettings,
+    elf: Option<&[u8]>,
+) -> Result<Vec<Run>, CliError> {
     let half_m = rig.rig.cylinder.stroke_m / 2.0;
     if arguments.target.abs() > half_m {
         let text = format!("--target {} is beyond the end stops of {} (±{half_m} m)", arguments.target, rig.name);
@@ -148,10 +166,26 @@ fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Re
     let bound_s = bound_s(&rig.rig, &rig.effects, arguments.target).map_err(|error| wrong(error.to_string()))?;
     let ticks = (arguments.duration * f64::from(rig.io.tick_hz)).round() as usize + 1;
     let run = |parameters: &Parameters| {
-        let recording = Recording::run(rig, parameters, settings, ticks, |_| arguments.target)
-            .map_err(|error| wrong(error.to_string()))?;
+        let (recording, telemetry) = match (elf, &arguments.elf) {
+            (Some(elf), Some(path)) => {
+                let file = path.display().to_string();
+                let done = positioning::position((elf, &file), rig, parameters, settings, ticks, arguments.target);
+                let done = done.map_err(|error| CliError::Usage(format!("{file}, {}: {error}", rig.name)))?;
+                let (instructions, cycles) = done.most;
+                say!(
+                    "{}, {}: at most {instructions} instructions, {cycles} estimated cycles to the valve code",
+                    rig.name,
+                    law(parameters.law)
+                );
+                (done.recording, Some(done.telemetry))
+            }
+            _ => {
+                let run = Recording::run(rig, parameters, settings, ticks, |_| arguments.target);
+                (run.map_err(|error| wrong(error.to_string()))?, None)
+            }
+        };
         let metrics = recording.step_metrics(arguments.target);
-        Ok(Run { rig: rig.name.clone(), law: parameters.law, bound_s, recording, metrics })
+        Ok(Run { rig: rig.name.clone(), law: parameters.law, bound_s, recording, telemetry, metrics })
     };
     laws.iter().map(run).collect()
 }
@@ -238,8 +272,13 @@ fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
     let target_mm = arguments.target * 1e3;
     let mut page = Page::new(format!("Positioning step to {target_mm} mm"));
     page.text(
-        "The firmware's fixed-point control law positions simulated pneumatic cylinders: sensors with noise, converters \
-         with quantisation and oversampling, one tick of output delay, valve, chambers, friction.",
+        if arguments.elf.is_some() {
+            "The flashed firmware on the emulated chip positions simulated pneumatic cylinders: its converter reads the sensors with \
+             their noise, its output drives the valve."
+        } else {
+            "The firmware's fixed-point control law positions simulated pneumatic cylinders: sensors with noise, converters \
+             with quantisation and oversampling, one tick of output delay, valve, chambers, friction."
+        },
     );
     for warning in warnings(runs) {
         page.callout(Tone::Bad, format!("{warning}."));
@@ -276,6 +315,9 @@ fn command_line(arguments: &Arguments) -> String {
     text += &format!(" --target {} --duration {}", arguments.target, arguments.duration);
     text += &format!(" --noise-position {} --noise-pressure {}", arguments.noise_position, arguments.noise_pressure);
     text += &format!(" --seed {}", arguments.seed);
+    if let Some(elf) = &arguments.elf {
+        text += &format!(" --elf {}", elf.display());
+    }
     match arguments.monitor {
         MonitorAction::Trip => text,
         MonitorAction::Warn => text + " --monitor warn",

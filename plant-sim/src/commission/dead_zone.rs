@@ -132,6 +132,8 @@ pub fn search<P: Read + Write>(
     let reach_m = REACH * f64::from(before.get(Parameter::SetpointHigh) - before.get(Parameter::SetpointLow));
     let gain = search.limit_v / reach_m;
     let temporary = [
+        // The voltages are the proportional law's.
+        (Parameter::Law, 0.0),
         (Parameter::Gain, gain as f32),
         (Parameter::DeadZoneRight, 0.0),
         (Parameter::DeadZoneLeft, 0.0),

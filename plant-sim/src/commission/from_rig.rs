@@ -98,6 +98,8 @@ fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterErr
             StandsFor::FactorOn(keys) => keys.iter().for_each(|key| edit(key, &|old| first * old)),
             StandsFor::AddedTo(keys) => keys.iter().for_each(|key| edit(key, &|old| old + first)),
             StandsFor::Nothing if effect == Effect::ValveDeadZone => {}
+            // The positioning law is told of it.
+            StandsFor::Nothing if effect == Effect::ValveLag => {}
             // What a log shows of a sensor is left over from the calibration it was recorded with: applied twice it would be wrong.
             StandsFor::Nothing if OF_SENSORS.contains(&effect) => {
                 notes.push(format!("`{}` is corrected on the board by `calibrate`, not by this file", effect.id()));
@@ -110,7 +112,9 @@ fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterErr
     // A static friction that was stated may now lie below the Coulomb friction found; the model takes the larger one.
     let friction = &mut plain.rig.friction;
     friction.static_n = friction.static_n.max(friction.coulomb_n);
-    plain.effects = plant_model::effects::Effects::none();
+    for effect in Effect::ALL.into_iter().filter(|effect| *effect != Effect::ValveLag) {
+        plain.effects.remove(effect);
+    }
     Ok((plain, notes))
 }
 

@@ -24,8 +24,8 @@ pub mod tuning;
 use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
-use learning::{Body, Lag};
-use observer::Estimate;
+use learning::Lag;
+use observer::{Body, Estimate};
 use plant_model::Rig;
 use reference::{Limits, Motion};
 use stick::Stick;
@@ -124,7 +124,7 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.lag, &self.body, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.lag.seconds, &self.body, &tuning);
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);

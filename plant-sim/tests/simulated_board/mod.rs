@@ -1,5 +1,7 @@
 //! The firmware's desk and control loop around a simulated cylinder, as a port: time passes with every request.
 
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
 use board_link::{Accumulator, Admission, FRAME_BYTES, Refusal, Reply, Request, Session, encode};
 use control::ExternalFaults;
 use firmware_core::{Action, ControlLoop, Desk, Settings, Snapshot};
@@ -116,7 +118,7 @@ impl Simulated {
                         self.run(2);
                         if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
                     }
-                    Action::Save | Action::Restart => Ok(Reply::Done),
+                    Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
                 });
                 self.session.answered(result)
             }
