@@ -265,7 +265,7 @@ fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other(
 fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
     for tick_hz in [1000, 3000, 10_000, 20_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = stream::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO };
         let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
         for _ in 0..tick_hz {
             motion = motion.arrived(&aim.motion, &tuning.limits);
