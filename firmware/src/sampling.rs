@@ -154,10 +154,6 @@ fn ADC1_2() {
     if host_heard {
         HOST_HEARD.store(false, Ordering::Relaxed);
     }
-    let control_loop = &mut owned.control_loop;
-    if owned.orders.dequeue_with(|order| control_loop.order(order)) {
-        SUMS.note_order(owned);
-    }
     let tick = owned.control_loop.tick(sequence.codes, faults, host_heard);
     let controlled = DWT::cycle_count();
     owned.valve.set(tick.valve);
@@ -180,6 +176,11 @@ fn ADC1_2() {
         if owned.records.enqueue(record).is_err() {
             SNAPSHOT.count_lost();
         }
+    }
+    // Last, for the coming tick: an order takes longer than a tick's computation, and must not make the valve code late.
+    let control_loop = &mut owned.control_loop;
+    if owned.orders.dequeue_with(|order| control_loop.order(order)) {
+        SUMS.note_order(owned);
     }
     SUMS.note(owned);
 }
