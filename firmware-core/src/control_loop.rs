@@ -296,7 +296,7 @@ impl ControlLoop {
             supply_pa: self.seen.supply.map(pascals),
         };
         let u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
-        if self.state.mode() == Mode::Run {
+        if self.state.mode() == Mode::Run && !self.seen.pressure_lost {
             let verdict = monitor.step(&readings, self.previous_u_v);
             see(&verdict);
             self.disagreement = verdict.disagreement;
