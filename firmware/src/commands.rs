@@ -122,6 +122,7 @@ impl CommandTask {
         match decision? {
             Action::Reply(reply) => Ok(reply),
             Action::Restart | Action::Bootloader => Ok(Reply::Done),
+            Action::Samples => Ok(Reply::Samples(telemetry::RECENT.lock(|recent| recent.borrow_mut().take()))),
             Action::Order(order, outcome) => self.order(order, outcome).await,
             Action::Save => {
                 let store = self.store.as_mut().filter(|_| storage::two_banks()).ok_or(Refusal::Storage)?;
