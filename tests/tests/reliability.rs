@@ -12,9 +12,7 @@ fn select(choose: impl Fn(Kind, Option<Channel>) -> bool) -> Vec<scenarios::reli
 
 #[test]
 fn a_position_that_vanishes_is_always_caught_in_20_ms_and_the_piston_goes_no_further_than_it_coasts() {
-    for row in select(|kind, channel| {
-        channel == Some(Channel::Position) && matches!(kind, Kind::Off | Kind::Shorted)
-    }) {
+    for row in select(|kind, channel| channel == Some(Channel::Position) && matches!(kind, Kind::Off | Kind::Shorted)) {
         let tally = study(&row, LawChoice::Servo, 7, 1).unwrap();
         assert!(tally.threatening >= 3, "{}: the study itself has gone blunt: {tally:?}", row.label);
         assert_eq!((tally.in_time, tally.missed), (tally.threatening, 0), "{}: {tally:?}", row.label);
