@@ -143,8 +143,8 @@ impl CommandTask {
         for _ in 0..ORDER_WAIT_MS {
             alive();
             Timer::after_millis(1).await;
-            // Taken, and the tick that took it has been published: two ticks later at the latest.
-            if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 2 {
+            // Taken at the end of a tick, in force in the next one, and what comes of it is seen in the one behind that.
+            if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 3 {
                 if configured {
                     telemetry::NEW_SCALES.signal(Scales::of(&self.desk.in_force()));
                 }
