@@ -296,14 +296,15 @@ impl Bench {
         let chip = &self.machine().chip;
         let (codes, board, at) = (chip.analog.sums.map(code_of_sum), chip.dac.holding(), chip.now);
         let seen = OutputSeen { latched: chip.dac.latched(), pin: chip.dac.pin() };
-        if let Some(order) = order {
-            self.host.order(&order);
-        }
         let valve_output = self.output.faulty(core::mem::replace(&mut self.written, board), seen, false);
         let faults = ExternalFaults { valve_output, ..ExternalFaults::default() };
         let tick = self.host.tick(codes, faults, host_heard);
         self.host.watch();
         self.snapshot.publish(&tick.record, self.host.bench());
+        // The board takes it last in the tick, for the coming one.
+        if let Some(order) = order {
+            self.host.order(&order);
+        }
         self.compared += 1;
         if tick.valve != board && self.differences.len() < 5 {
             let mode = self.host.mode();
