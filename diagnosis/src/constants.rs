@@ -123,15 +123,24 @@ constants! {
         least_in_a_stretch: usize = 8, "samples",
             "Nor are stretches of fewer samples.",
             "two averaged innovations";
-        volume_reach: usize = 7, "samples",
+        volume_reach: f64 = 0.007, "s",
             "Half the window of the local parabola that smooths the position for chamber volumes.",
-            "15 ms at 1 kHz: leaves two fifths of the noise";
-        velocity_reach: usize = 15, "samples",
+            "15 samples at 1 kHz: leaves two fifths of the noise";
+        velocity_reach: f64 = 0.015, "s",
             "The same for the velocity.",
-            "31 ms at 1 kHz: 1.0 mm/s of error from 50 um of noise";
-        pressure_reach: usize = 9, "samples",
+            "31 samples at 1 kHz: 1.0 mm/s of error from 50 um of noise";
+        pressure_reach: f64 = 0.009, "s",
             "The same for chamber pressures, in each of two passes.",
-            "41 to 61 ms were best in grey-box trials, 21 ms hides a pressure lag";
+            "two passes of 41 to 61 ms together were best in grey-box trials, 21 ms hides a pressure lag";
+        least_reach: usize = 1, "samples",
+            "Half a window holds no fewer samples: a parabola through three of them passes all noise and all motion.",
+            "fewer have no slope";
+        least_velocity_reach: usize = 2, "samples",
+            "The same for the velocity.",
+            "five samples: the least that averages the noise of a slope";
+        longest_step: f64 = 0.002, "s",
+            "Where rows are farther apart the balances run in steps between them, no longer than this.",
+            "a tenth of the fastest time constant of a chamber, 20 ms";
         largest_play_v: f64 = 0.2, "V",
             "The command has gone through any likely hysteresis once it has changed by twice this.",
             "five times the 0.4 % of stroke of a catalogue's proportional valve";
@@ -141,9 +150,9 @@ constants! {
         longest_unknown_past: f64 = 0.1, "of the log",
             "All counts as known after this part of the log.",
             "leaves nine tenths to be judged";
-        samples_alike: f64 = 4.0, "samples",
-            "Errors of the smoothed position are alike over about this many samples.",
-            "the samples averaged into one innovation";
+        window_alike: f64 = 3.75, "",
+            "Errors of a smoothed signal are alike over its window divided by this.",
+            "four of 15 samples: those averaged into one innovation at 1 kHz";
         end_stop_settling_s: f64 = 0.1, "s",
             "After an end stop the force balance is not judged for this long.",
             "the observers' settling time";
@@ -211,6 +220,9 @@ constants! {
         piston_settling_s: f64 = 0.1, "s",
             "The first part of every stretch is not judged.",
             "several periods of the position observer";
+        observer_step: f64 = 0.5, "",
+            "The position observer's bandwidth times the time between rows is no larger.",
+            "at 0.5 its error decays by 0.87 from row to row; from 0.8 on it would grow";
         rest_sigmas: f64 = 4.0, "standard errors",
             "A piston slower than so many standard errors of its velocity is at rest.",
             "once in 16,000 samples by chance";
@@ -246,12 +258,12 @@ constants! {
         robust_knee: f64 = 3.0, "standard deviations",
             "Innovations beyond this count less and less (pseudo-Huber loss).",
             "99 % efficient on normal errors; mispredicted stick-slip must not rule (Huber 1981)";
-        averaged: usize = 4, "samples",
-            "So many innovations are averaged into one.",
-            "they are white, so little is lost; a quarter of the cost of the normal matrix";
-        dispersion_span: usize = 50, "samples",
-            "The long-run variance is that of means over so many samples.",
-            "50 ms at 1 kHz";
+        averaged: f64 = 0.004, "s",
+            "Innovations within this time are averaged into one.",
+            "four samples at 1 kHz: they are white, so little is lost; a quarter of the cost of the normal matrix";
+        dispersion_span: f64 = 0.05, "s",
+            "The long-run variance is that of means over this time.",
+            "50 samples at 1 kHz";
         least_spans: usize = 3, "",
             "With fewer means it is taken to be that of noise.",
             "a median needs three";

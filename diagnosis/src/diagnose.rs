@@ -1,12 +1,14 @@
 //! The diagnosis as a whole: from rig file and log to verdict, causes, gain and recommended experiment.
 
+use crate::balances::between;
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library;
 use crate::data::channel::{Channel, Channels};
+use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
-use crate::data::split;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
+use crate::estimate::between_rows::command_moved;
 use crate::estimate::problem::{Fit, Problem};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, identifiability};
@@ -25,23 +27,30 @@ use rig_files::{Log, RigFile, Verdict};
 /// If the log allows no judgement at all. Everything less is part of the result.
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
-    let record = prepare(log, rig);
+    let rows = prepare(log, rig);
+    let record = &rows;
     if record.len() < LEAST_SAMPLES {
         return Err(DiagnosisError::TooShort { found: record.len() });
     }
     if record.stretches.iter().all(|s| s.held_back) {
         return Err(DiagnosisError::TooBroken);
     }
-    let judgeable = observers::judgeable(&record);
+    let judgeable = observers::judgeable(record);
     if judgeable & !Channel::Supply.bit() == 0 {
         let both = record.available.pressure_a && record.available.pressure_b;
-        return match diagnose_one_pressure(rig, &record) {
+        return match diagnose_one_pressure(rig, record) {
             Some(diagnosis) => Ok(diagnosis),
             None if both => Err(DiagnosisError::Still),
             None => Err(DiagnosisError::NothingToJudge),
         };
     }
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
+    let mut moved = refined(rows.clone(), Between::Moved);
+    let mut record = refined(rows, Between::Held);
+    if command_moved(rig, [&record, &moved], judgeable, &corrected) {
+        between::doubts(&mut moved, &plant);
+        record = moved;
+    }
     let nominal = Hypothesis::null(&corrected);
     let library = term_library::library(&record, &plant, judgeable);
     let signals = Signals::default();
@@ -137,7 +146,7 @@ fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<De
 
 fn evidence(problem: &Problem<'_>, innovations: [Innovations; 2], overlay: Overlay) -> Evidence {
     let record = problem.record;
-    let samples: Vec<usize> = split::samples(&problem.stretches).collect();
+    let samples: Vec<usize> = record.rows_of(&problem.stretches).collect();
     let pick = |signal: &[f64]| -> Vec<f64> {
         if signal.is_empty() { Vec::new() } else { samples.iter().map(|&k| signal[k]).collect() }
     };

@@ -12,6 +12,7 @@
 //! the fit.
 
 pub(crate) mod added;
+pub(crate) mod between;
 pub(crate) mod chamber;
 pub(crate) mod observers;
 pub(crate) mod piston;

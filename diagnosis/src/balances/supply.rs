@@ -1,7 +1,7 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
 use crate::data::record::Record;
-use crate::data::split::{Stretch, interrupted, samples};
+use crate::data::split::{Stretch, interrupted};
 use plant_model::{Plant, Side};
 
 /// Supply pressure by sample, Pa absolute.
@@ -50,5 +50,5 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
 /// Measured minus predicted supply pressure in units of its noise.
 pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64]) -> Vec<f64> {
     let sigma = record.quality.supply.standard_deviation.max(1.0);
-    samples(stretches).map(|k| (record.p_sup_pa[k] - predicted[k]) / sigma).collect()
+    record.rows_of(stretches).map(|k| (record.p_sup_pa[k] - predicted[k]) / sigma).collect()
 }

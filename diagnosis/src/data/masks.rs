@@ -31,9 +31,10 @@ impl Railed {
 /// Marks samples at the end stops or at the limits of the sensors, and what follows shortly after.
 pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let mut out = vec![false; record.len()];
+    let reach = record.pressure_reach().samples(record.quality.interval_s);
     for (signal, noise) in [(&record.p_a_pa, record.quality.pressure_a), (&record.p_b_pa, record.quality.pressure_b)] {
         for railed in railed(signal, noise, &Railed::pressure()) {
-            out[around(&railed, 2 * constants::pressure_reach(), record.t_s.len())].fill(true);
+            out[around(&railed, 2 * reach, record.t_s.len())].fill(true);
         }
     }
     let half = 0.5 * rig.rig.cylinder.stroke_m;
@@ -101,7 +102,9 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let rig = &file.rig;
     let c = &rig.cylinder;
     // Variance of a local parabola's value at its centre. The remaining error is correlated over neighbouring samples.
-    let left = 2.25 / (2 * constants::volume_reach() + 1) as f64 * constants::samples_alike();
+    let reach = record.volume_reach().samples(record.quality.interval_s);
+    let window = (2 * reach + 1) as f64;
+    let left = (2.25 / window).min(1.0) * (window / constants::window_alike()).max(1.0);
     let position = record.quality.position.standard_deviation * left.sqrt();
     let half = 0.5 * c.stroke_m;
     let [lower, upper] = record.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
@@ -122,14 +125,14 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     // Where the position is clipped, the volumes of the chambers are unknown.
     for railed in railed(&record.y_m, quality.position, &Railed::position()) {
         for weight in [&mut weight_a, &mut weight_b] {
-            blank(weight, &railed);
+            blank(weight, &railed, reach);
         }
     }
     for (weight, signal, noise) in
         [(&mut weight_a, &record.p_a_pa, quality.pressure_a), (&mut weight_b, &record.p_b_pa, quality.pressure_b)]
     {
         for railed in railed(signal, noise, &Railed::pressure()) {
-            blank(weight, &railed);
+            blank(weight, &railed, reach);
         }
     }
     [weight_a, weight_b]
@@ -153,8 +156,8 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
 }
 
 /// Sets the weight of clipped samples to zero, and that of neighbours whose smoothed values depend on them.
-fn blank(weight: &mut [f64], railed: &Range<usize>) {
-    let unknown = around(railed, constants::volume_reach(), weight.len());
+fn blank(weight: &mut [f64], railed: &Range<usize>, reach: usize) {
+    let unknown = around(railed, reach, weight.len());
     if let Some(part) = weight.get_mut(unknown) {
         part.fill(0.0);
     }

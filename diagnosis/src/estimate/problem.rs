@@ -78,14 +78,8 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = term_library::sum(self.terms, hypothesis.factors(values));
         let wanted = wanted & self.judgeable;
-        Some(average_neighbours(&observers::innovations(
-            self.record,
-            self.signals,
-            &plant,
-            &added,
-            &self.stretches,
-            wanted,
-        )))
+        let innovations = observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted);
+        Some(average_neighbours(&innovations, self.record.averaged()))
     }
 
     /// Costs by channel, summed over some channels with the problem's dispersion.
@@ -117,7 +111,7 @@ impl<'a> Problem<'a> {
     /// The same problem on a subset of its data, for comparing candidates, and the ratio of all data to the subset.
     pub(crate) fn subset(&self) -> (Self, f64) {
         let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
-        let (all, interval) = (count(&self.stretches), self.record.quality.interval_s.max(1.0e-6));
+        let (all, interval) = (count(&self.stretches), self.record.step_s.max(1.0e-6));
         let every = (all * interval / constants::subset_s()).round().max(1.0) as usize;
         let length = ((constants::subset_piece_s() / interval) as usize).max(1);
         let pieces = self.stretches.iter().flat_map(|stretch| {
@@ -135,7 +129,7 @@ impl<'a> Problem<'a> {
 
     /// Expected cost of white noise in some channels, by the square loss.
     pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
-        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / constants::averaged();
+        let samples = self.record.rows_of(&self.stretches).count() / self.record.averaged();
         0.5 * samples as f64 * f64::from(channels.count_ones())
     }
 
@@ -158,7 +152,7 @@ impl<'a> Problem<'a> {
         let mut out = [1.0; 4];
         let Some(innovations) = self.innovations(fit) else { return out };
         for channel in Channel::ALL {
-            out[channel as usize] = dispersion(&innovations.channels[channel as usize]);
+            out[channel as usize] = dispersion(&innovations.channels[channel as usize], self.record.dispersion_span());
         }
         out
     }

@@ -52,7 +52,8 @@ fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) 
     let Some(innovations) = problem.innovations(without) else { return 0.0 };
     let white = |c: &&Channel| {
         let e = &innovations.channels[**c as usize];
-        trimmed_misfit(e, 0.0) < 1.0 && dispersion(e) < constants::white_dispersion()
+        trimmed_misfit(e, problem.record.averaged(), 0.0) < 1.0
+            && dispersion(e, problem.record.dispersion_span()) < constants::white_dispersion()
     };
     quiet.iter().filter(white).map(gained).sum()
 }
