@@ -138,6 +138,9 @@ constants! {
         least_velocity_reach: usize = 2, "samples",
             "The same for the velocity.",
             "five samples: the least that averages the noise of a slope";
+        close_rows: f64 = 0.00125, "s",
+            "Between rows no farther apart a command counts as held.",
+            "a loop at 1 kHz with an irregular clock; a command that moves within it comes half of it later or earlier";
         longest_step: f64 = 0.002, "s",
             "Where rows are farther apart the balances run in steps between them, no longer than this.",
             "a tenth of the fastest time constant of a chamber, 20 ms";
@@ -362,6 +365,9 @@ constants! {
         white_dispersion: f64 = 1.25, "times noise",
             "A channel of less long-run variance and less cost than noise has nothing to explain.",
             "chosen: above the scatter of the long-run variance of noise";
+        hardly: f64 = 0.2, "of the negligible",
+            "A cause between this part of a negligible deviation and the whole must gain beyond doubt; below, it is none.",
+            "a lag of 0.2 ms at 1 kHz: what the balances err by in time";
         sure: f64 = 4.0, "standard errors",
             "A cause's parameter must be this far from neutral.",
             "four standard errors, as for a nominal value";

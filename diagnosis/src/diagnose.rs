@@ -1,14 +1,12 @@
 //! The diagnosis as a whole: from rig file and log to verdict, causes, gain and recommended experiment.
 
-use crate::balances::between;
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library;
 use crate::data::channel::{Channel, Channels};
-use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
-use crate::estimate::between_rows::command_moved;
+use crate::estimate::between_rows;
 use crate::estimate::problem::{Fit, Problem};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, identifiability};
@@ -45,32 +43,39 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         };
     }
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
-    let mut moved = refined(rows.clone(), Between::Moved);
-    let mut record = refined(rows, Between::Held);
-    if command_moved(rig, [&record, &moved], judgeable, &corrected) {
-        between::doubts(&mut moved, &plant);
-        record = moved;
-    }
     let nominal = Hypothesis::null(&corrected);
-    let library = term_library::library(&record, &plant, judgeable);
-    let signals = Signals::default();
-    let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
-    let mut problem = Problem {
-        rig,
-        record: &record,
-        stretches: fitted,
-        judgeable,
-        nominal: &corrected,
-        signals: &signals,
-        terms: &library,
-        dispersion: [1.0; 4],
-    };
-    // A fit can only fail on a rig that cannot be simulated, which was checked above.
-    let Some(found) = search::search(&mut problem, &nominal, progress) else {
-        return Err(DiagnosisError::NothingToJudge);
-    };
-    progress("hold-out");
-    Ok(conclude(&problem, found))
+    let mut record = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, &nominal);
+    let mut reconsidered = false;
+    loop {
+        let library = term_library::library(&record, &plant, judgeable);
+        let signals = Signals::default();
+        let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
+        let mut problem = Problem {
+            rig,
+            record: &record,
+            stretches: fitted,
+            judgeable,
+            nominal: &corrected,
+            signals: &signals,
+            terms: &library,
+            dispersion: [1.0; 4],
+        };
+        // A fit can only fail on a rig that cannot be simulated, which was checked above.
+        let Some(found) = search::search(&mut problem, &nominal, progress) else {
+            return Err(DiagnosisError::NothingToJudge);
+        };
+        // What the causes explain may have looked like a command that moved between rows, or the other way round.
+        if !reconsidered && !found.best.hypothesis.effects.is_empty() {
+            let best = &found.best.hypothesis;
+            let again = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, best);
+            if again.command_moved() != record.command_moved() {
+                (record, reconsidered) = (again, true);
+                continue;
+            }
+        }
+        progress("hold-out");
+        return Ok(conclude(&problem, found));
+    }
 }
 
 fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {

@@ -85,14 +85,15 @@ pub(crate) struct Drive<'a> {
     pub(crate) added_kg_per_s: &'a [f64],
 }
 
-/// Prediction errors of the chamber's pressure in units of its noise.
+/// Prediction errors of the chamber's pressure in units of its noise and of what is not known of the command. Second, the
+/// sum of the logarithms of the part that this makes of a unit: what a likelihood must count beside the errors.
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
     stretches: &[Stretch],
     side: Side,
     drive: &Drive<'_>,
-) -> Vec<f64> {
+) -> (Vec<f64>, f64) {
     let c = plant.coefficients();
     let is_a = side == Side::A;
     let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa, doubt_pa } =
@@ -102,7 +103,7 @@ pub(crate) fn innovations(
     let lag = plant.added().pressure_lag;
 
     let mut out = Vec::with_capacity(drive.compression.first_half.len());
-    let mut next_stroke = 0;
+    let (mut next_stroke, mut log_widths) = (0, 0.0);
     for stretch in stretches {
         let mut p = plant.true_pressure_pa(side, smooth.value[stretch.start], smooth.slope[stretch.start]);
         let mut sensed = plant.pressure_behind_lag_pa(side, smooth.value[stretch.start]);
@@ -119,7 +120,12 @@ pub(crate) fn innovations(
                 }
                 let error = measured[k] - plant.shown_pressure_pa(side, sensed);
                 let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };
-                out.push(if record.t_s[k] >= settled { error * weights[k] * trusted.sqrt() } else { f64::NAN });
+                if record.t_s[k] >= settled {
+                    out.push(error * weights[k] * trusted.sqrt());
+                    log_widths -= 0.5 * trusted.ln();
+                } else {
+                    out.push(f64::NAN);
+                }
                 // After settling, the pressure is known as well as an average over the time since then. So the gain
                 // falls with one over that time, as a Kalman filter's would, down to the stationary gain.
                 let since = record.t_s[k] - settled;
@@ -160,7 +166,7 @@ pub(crate) fn innovations(
             };
         }
     }
-    out
+    (out, log_widths)
 }
 
 /// `x^n` for `x` close to one.

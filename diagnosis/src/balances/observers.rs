@@ -32,6 +32,8 @@ pub(crate) fn judgeable(record: &Record) -> Channels {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Innovations {
     pub(crate) channels: [Vec<f64>; 4],
+    /// Sum of the logarithms of the units that errors are told in over the sensors' noise.
+    pub(crate) log_widths: f64,
 }
 
 /// Runs the wanted balances of a model, with some terms added, over some stretches of the log.
@@ -60,7 +62,9 @@ pub(crate) fn innovations(
                     supply_pa: &supply.at_valve,
                     added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
                 };
-                out.channels[channel as usize] = chamber::innovations(record, plant, stretches, side, &drive);
+                let (errors, log_widths) = chamber::innovations(record, plant, stretches, side, &drive);
+                out.channels[channel as usize] = errors;
+                out.log_widths += log_widths;
             }
         }
         if wanted & Channel::Supply.bit() != 0 {

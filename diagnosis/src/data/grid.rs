@@ -7,12 +7,16 @@ use super::split::{Stretch, interrupted};
 use crate::constants;
 
 /// What the command did between two rows of the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Between {
     /// It was held: controller and log have one clock.
     Held,
     /// It moved on, nobody knows how: the controller is faster than the log.
-    Moved,
+    Moved {
+        /// Half the time for which the controller holds a command, s: by so much its staircase comes after the line
+        /// through the rows.
+        late_s: f64,
+    },
 }
 
 /// Where the entries of the grid lie among the measured rows.
@@ -91,7 +95,7 @@ pub(crate) fn refined(rows: Record, command: Between) -> Record {
     let t_s = grid.linear(&rows.t_s);
     let u_v = match command {
         Between::Held => held(&rows.u_v),
-        Between::Moved => middles(&grid.linear(&rows.u_v)),
+        Between::Moved { late_s } => middles(&rows, &t_s, usual_s, late_s),
     };
     Record {
         u_v,
@@ -122,10 +126,21 @@ pub(crate) fn refined(rows: Record, command: Between) -> Record {
     }
 }
 
-/// Means of each value and the next.
-fn middles(signal: &[f64]) -> Vec<f64> {
-    let next = signal.iter().skip(1).chain(signal.last());
-    signal.iter().zip(next).map(|(u, next)| 0.5 * (u + next)).collect()
+/// The command in the middle of each step, on a line through the rows that comes `late_s` after them.
+fn middles(rows: &Record, t_s: &[f64], usual_s: f64, late_s: f64) -> Vec<f64> {
+    let (times, u) = (&rows.t_s, &rows.u_v);
+    let mut row = 0;
+    let at = |k: usize| {
+        let step_s = t_s.get(k + 1).map_or(usual_s, |next| (next - t_s[k]).min(usual_s));
+        let t = t_s[k] + 0.5 * step_s - late_s;
+        while row + 1 < times.len() && times[row + 1] <= t {
+            row += 1;
+        }
+        let next = (row + 1).min(times.len() - 1);
+        let step = times[next] - times[row];
+        u[row] + if step > 0.0 { (u[next] - u[row]) * ((t - times[row]) / step).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    if u.is_empty() { Vec::new() } else { (0..t_s.len()).map(at).collect() }
 }
 
 #[cfg(test)]
@@ -167,9 +182,11 @@ mod tests {
         let rows = record((0..4).map(|k| 0.01 * f64::from(k)).collect(), |t| t, |_| 1.0);
         let held = refined(rows.clone(), Between::Held);
         assert_eq!(held.u_v[..6], [0.0, 0.0, 0.0, 0.0, 0.0, 0.01]);
-        let moved = refined(rows, Between::Moved);
-        for k in 0..moved.len() - 1 {
+        let moved = refined(rows.clone(), Between::Moved { late_s: 0.0 });
+        let late = refined(rows, Between::Moved { late_s: 0.003 });
+        for k in 2..moved.len() - 1 {
             assert!((moved.u_v[k] - moved.t_s[k] - 0.001).abs() < 1.0e-12, "{k}");
+            assert!((late.u_v[k] - late.t_s[k] + 0.002).abs() < 1.0e-12, "{k}");
         }
     }
 

@@ -120,6 +120,11 @@ impl Record {
         self.t_s.len()
     }
 
+    /// Whether the command moved between rows.
+    pub(crate) fn command_moved(&self) -> bool {
+        !self.command_doubt_v.is_empty()
+    }
+
     /// Whether entry `k` was measured.
     pub(crate) fn is_row(&self, k: usize) -> bool {
         self.measured.get(k).is_none_or(|measured| *measured)

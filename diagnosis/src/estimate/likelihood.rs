@@ -100,7 +100,7 @@ mod tests {
     fn averages_of_white_noise_keep_its_variance_and_a_missing_sample_leaves_its_average_out() {
         let mut e = white(40_000);
         e[9] = f64::NAN;
-        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()] };
+        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()], log_widths: 0.0 };
         let averaged = &average_neighbours(&innovations, 4).channels[0];
         let variance = averaged.iter().map(|e| e * e).sum::<f64>() / averaged.len() as f64;
         assert!((variance - 1.0).abs() < 0.05, "{variance}");

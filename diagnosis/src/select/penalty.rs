@@ -31,7 +31,14 @@ pub(crate) fn shortfall(problem: &Problem<'_>, with: &Fit, without: &Fit, effect
         return f64::INFINITY;
     }
     let relieved = without.prior_cost - with.prior_cost;
-    let needed = if relieved > penalty(effect) { penalty(effect) } else { required_gain(problem, with, effect) };
+    let small = presence(with, effect).all(|(_, p, away)| away < p.negligible);
+    let needed = if small {
+        constants::beyond_doubt() * required_gain(problem, with, effect)
+    } else if relieved > penalty(effect) {
+        penalty(effect)
+    } else {
+        required_gain(problem, with, effect)
+    };
     needed - (without.cost(problem) - with.cost(problem) - suppressed(problem, with, without, effect))
 }
 
@@ -71,9 +78,9 @@ fn presence(fit: &Fit, effect: Effect) -> impl Iterator<Item = (usize, &Paramete
     all.filter(move |(_, (p, _))| tells(p)).map(|(place, (p, value))| (place, p, (value - p.neutral).abs()))
 }
 
-/// Whether all parameters of an effect are too close to neutral to matter.
+/// Whether all parameters of an effect are too close to neutral to matter, whatever it gains.
 pub(crate) fn negligible(fit: &Fit, effect: Effect) -> bool {
-    presence(fit, effect).all(|(_, p, away)| away < p.negligible)
+    presence(fit, effect).all(|(_, p, away)| away < constants::hardly() * p.negligible)
 }
 
 /// Whether all parameters of an effect are within `constants::sure` standard errors of neutral.
