@@ -321,6 +321,15 @@ constants! {
         coordinate_gain: f64 = 1.0, "log-likelihood",
             "Least gain of a step.",
             "a sixth of a tie";
+        least_errors: usize = 100, "",
+            "Fewer errors of prediction do not tell a sensor's noise.",
+            "the median of 100 is known to a ninth";
+        plainly_quieter: f64 = 0.93, "",
+            "Noise is taken from predictions if that makes it less than this part.",
+            "the scatter of a median of 1000 errors is 4 %";
+        least_quieter: f64 = 0.4, "",
+            "And no less than this part at once.",
+            "differences of rows at 50 Hz told up to 2.4 times the noise";
         profile_rise: f64 = 2.0, "log-likelihood",
             "Rise of the profile likelihood at the end of an interval of two standard errors.",
             "2 = 2^2 / 2, the likelihood ratio at two standard errors";

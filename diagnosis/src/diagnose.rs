@@ -3,11 +3,12 @@
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library;
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::data::prepare::prepare;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
-use crate::estimate::between_rows;
 use crate::estimate::problem::{Fit, Problem};
+use crate::estimate::{between_rows, noise_level};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, identifiability};
 use crate::model::hypothesis::Hypothesis;
@@ -45,7 +46,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
     let mut record = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, &nominal);
-    let mut reconsidered = false;
+    let mut reconsidered = [false; 3];
     loop {
         let library = term_library::library(&record, &plant, judgeable);
         let signals = Signals::default();
@@ -60,16 +61,32 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             terms: &library,
             dispersion: [1.0; 4],
         };
+        if !reconsidered[0]
+            && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
+        {
+            reconsidered[0] = true;
+            if let Some(quieter) = noise_level::quieter(&problem, &fit) {
+                record = quieter;
+                continue;
+            }
+        }
         // A fit can only fail on a rig that cannot be simulated, which was checked above.
         let Some(found) = search::search(&mut problem, &nominal, progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
-        // What the causes explain may have looked like a command that moved between rows, or the other way round.
-        if !reconsidered && !found.best.hypothesis.effects.is_empty() {
+        // What the causes explain may have looked like a command that moved between rows, or the other way round; or like
+        // noise.
+        if !found.best.hypothesis.effects.is_empty() {
             let best = &found.best.hypothesis;
             let again = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, best);
-            if again.command_moved() != record.command_moved() {
-                (record, reconsidered) = (again, true);
+            if again.command_moved() != record.command_moved() && !reconsidered[1] {
+                (record, reconsidered) = (again, [false, true, reconsidered[2]]);
+                continue;
+            }
+            if !reconsidered[2]
+                && let Some(quieter) = noise_level::quieter(&problem, &found.best)
+            {
+                (record, reconsidered) = (quieter, [true; 3]);
                 continue;
             }
         }

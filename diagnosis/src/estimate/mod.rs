@@ -5,5 +5,6 @@ pub(crate) mod coordinate_search;
 pub(crate) mod covariance;
 pub(crate) mod derivatives;
 pub(crate) mod likelihood;
+pub(crate) mod noise_level;
 pub(crate) mod optimiser;
 pub(crate) mod problem;
