@@ -197,6 +197,21 @@ constants! {
         strained: f64 = 2.5, "tolerances",
             "A nominal value farther off is strained.",
             "once in eighty values by chance";
+        weather_temperature: f64 = 0.017, "of the value",
+            "Temperature is known no better.",
+            "5 K of 293 K: a workshop from morning to noon";
+        weather_atmosphere: f64 = 0.01, "of the value",
+            "Atmospheric pressure is known no better.",
+            "10 hPa: the standard deviation of weather at one place";
+        gauge: f64 = 0.01, "of the value",
+            "Supply pressure is known no better, unless it was measured.",
+            "a gauge of class 1.6 over 10 bar: 0.16 bar at most, about two standard deviations";
+        regulator: f64 = 0.03, "of the value",
+            "Where the supply is measured, the regulator may be off its setting by this.",
+            "0.2 bar of 7 bar: a scale on the regulator";
+        supply_sensor: f64 = 0.005, "of the value",
+            "Standard deviation of the supply sensor's offset.",
+            "0.3 % of 10 bar: a usual transmitter";
         farthest_nominal: f64 = 4.0, "tolerances",
             "A nominal value is corrected by no more.",
             "once in 16,000 values by chance: beyond that it is a cause";

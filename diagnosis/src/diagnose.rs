@@ -114,7 +114,11 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
     let mut extended_rig = kept.hypothesis.rig(rig, &kept.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
-    let held = hold_out::Comparison::new(record, rig, &extended_rig);
+    let held = hold_out::Comparison::new(
+        record,
+        (rig, 0.0),
+        (&extended_rig, kept.hypothesis.supply_sensor_pa(&kept.hypothesis.values)),
+    );
     let at = |horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let horizons = hold_out::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(horizon_s)?.0)).collect();
     let (gain, overlay) =

@@ -35,9 +35,9 @@ pub struct Cause {
 /// A nominal value, corrected within a few of its stated tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
-    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`.
+    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`; `p_sup_pa` for the mean of the supply as measured.
     pub name: String,
-    /// Value of the rig file.
+    /// Value of the rig file; of the log, for a column.
     pub nominal: f64,
     /// Corrected value.
     pub value: f64,

@@ -49,7 +49,7 @@ pub(crate) fn innovations(
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
         let openings = signals.openings.of(valve::Path::of(plant), || valve::openings(record, plant));
-        let supply = supply::pressures(record, plant, &openings);
+        let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         for (channel, side) in [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)] {
             if wanted & channel.bit() != 0 {
                 let geometry = chamber::Geometry::of(plant, side);
@@ -68,7 +68,8 @@ pub(crate) fn innovations(
             }
         }
         if wanted & Channel::Supply.bit() != 0 {
-            out.channels[Channel::Supply as usize] = supply::innovations(record, stretches, &supply.predicted);
+            out.channels[Channel::Supply as usize] =
+                supply::innovations(record, stretches, &supply.predicted, added.supply_sensor_pa);
         }
     }
     if wanted & Channel::Position.bit() != 0 {

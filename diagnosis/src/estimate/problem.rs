@@ -1,6 +1,7 @@
 //! The data of a fit, and the cost of a hypothesis on them: minus the log-posterior up to a constant.
 
 use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
+use crate::balances::added::Added;
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library::{self, Term};
@@ -74,9 +75,15 @@ impl<'a> Problem<'a> {
         effects::effect_parameters(self.rig, effect, self.judgeable, &self.record.quality)
     }
 
+    /// What a hypothesis adds to its plant.
+    fn added(&self, hypothesis: &Hypothesis, values: &[f64]) -> Added {
+        let terms = term_library::sum(self.terms, hypothesis.factors(values));
+        Added { supply_sensor_pa: hypothesis.supply_sensor_pa(values), ..terms }
+    }
+
     pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
         let plant = hypothesis.plant(self.rig, values)?;
-        let added = term_library::sum(self.terms, hypothesis.factors(values));
+        let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
         let innovations = observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted);
         Some(average_neighbours(&innovations, self.record.averaged()))
@@ -143,7 +150,7 @@ impl<'a> Problem<'a> {
     pub(crate) fn innovations(&self, fit: &Fit) -> Option<Innovations> {
         let values = &fit.hypothesis.values;
         let plant = fit.hypothesis.plant(self.rig, values)?;
-        let added = term_library::sum(self.terms, fit.hypothesis.factors(values));
+        let added = self.added(&fit.hypothesis, values);
         Some(observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, self.judgeable))
     }
 

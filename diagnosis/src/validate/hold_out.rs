@@ -27,12 +27,16 @@ pub(crate) struct Comparison<'a> {
 
 impl<'a> Comparison<'a> {
     /// `None` if the log does not hold what a full prediction needs.
-    pub(crate) fn new(record: &'a Record, nominal: &RigFile, extended: &RigFile) -> Option<Self> {
+    ///
+    /// Each model is a rig with what the supply's sensor shows too much, Pa.
+    pub(crate) fn new(record: &'a Record, nominal: (&RigFile, f64), extended: (&RigFile, f64)) -> Option<Self> {
         let has = record.available;
         if !(has.command && has.pressure_a && has.pressure_b) {
             return None;
         }
-        let model = |file: &RigFile| Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?));
+        let model = |(file, sensor_pa): (&RigFile, f64)| {
+            Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?, sensor_pa))
+        };
         Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
     }
 
@@ -107,9 +111,9 @@ struct Model {
 }
 
 impl Model {
-    fn new(record: &Record, plant: Plant<f64>) -> Self {
+    fn new(record: &Record, plant: Plant<f64>, supply_sensor_pa: f64) -> Self {
         let openings = valve::openings(record, &plant);
-        let supply_pa = supply::pressures(record, &plant, &openings).at_valve;
+        let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
         Self { plant, supply_pa }
     }
 }
