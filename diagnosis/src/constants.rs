@@ -107,6 +107,35 @@ fn factor_of(name: &str) -> f64 {
 }
 
 constants! {
+    "check" {
+        unit_factor: f64 = 5.0, "",
+            "Readings so many times beyond what the rig allows have another unit.",
+            "between a sensor's reserve (2) and the smallest factor between units (10)";
+        slowest_rows: f64 = 0.15, "s",
+            "With rows farther apart no balance can be formed.",
+            "half the shortest stretch";
+        excerpt_s: f64 = 10.0, "s",
+            "Mistakes of mapping are looked for in so much of the log.",
+            "a stroke both ways; the check has to take about a second";
+        suspect: f64 = 20.0, "times noise",
+            "With less misfit of all balances together no mistake is looked for.",
+            "a mapping mistake misses by more in every balance it touches";
+        undone: f64 = 0.1, "",
+            "A mistake that, undone, leaves less than this part of the misfit is one.",
+            "an order of magnitude: everyday faults change by a few percent when a column is turned round";
+        frozen_s: f64 = 1.0, "s",
+            "A column that keeps one value for longer, while others change, is frozen.",
+            "a coarse converter rests on one code for less while a piston works";
+        clipped_part: f64 = 0.03, "of the rows",
+            "A column that reads its extreme value in a larger part of the rows is clipped.",
+            "noise reaches its extreme once";
+        uneven_rows: f64 = 0.35, "of the interval",
+            "Times that vary by more are worth a word.",
+            "above the jitter of a busy logger";
+        least_command: f64 = 0.2, "of full voltage",
+            "A command of less span shows little of the valve.",
+            "chosen: less than the dead zones of a cheap valve";
+    }
     "data" {
         interruption: f64 = 2.5, "usual intervals",
             "A longer step of time interrupts the log.",

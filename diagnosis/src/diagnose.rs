@@ -3,6 +3,7 @@
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library;
+use crate::check::mapping::contradictions;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::data::prepare::prepare;
@@ -26,6 +27,10 @@ use rig_files::{Log, RigFile, Verdict};
 /// If the log allows no judgement at all. Everything less is part of the result.
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
+    progress("check");
+    if let Some(found) = contradictions(rig, log).into_iter().next() {
+        return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
+    }
     let rows = prepare(log, rig);
     let record = &rows;
     if record.len() < LEAST_SAMPLES {
