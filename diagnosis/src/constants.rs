@@ -203,13 +203,16 @@ constants! {
         least_noise: f64 = 1.0e-5, "of the range",
             "A signal with less noise repeats itself wherever it rests, so that repeats show no limit.",
             "a third of one code of 16 bits";
-        railed_position_run: usize = 20, "samples",
-            "A position that repeats its extreme so often is at its sensor's limit.",
-            "chosen: longer than a rest on one code";
+        railed_position_run: f64 = 0.02, "s",
+            "A position that repeats its extreme for so long is at its sensor's limit.",
+            "20 samples at 1 kHz, longer than a rest on one code";
+        least_railed: usize = 3, "samples",
+            "And in no fewer samples.",
+            "noise that reaches its extreme three times in a row has an end there";
         railed_position_noise: f64 = 0.6, "steps",
             "If its noise is at least this, in smallest steps.",
             "with less noise a rest repeats itself";
-        railed_pressure_run: usize = 8, "samples",
+        railed_pressure_run: f64 = 0.008, "s",
             "The same for a pressure, which peaks for a moment only.",
             "see the position's";
         railed_pressure_noise: f64 = 1.5, "steps",

@@ -46,6 +46,17 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record.rows = (0..record.len()).collect();
     record.step_s = record.quality.interval_s;
     estimate_noise(&mut record);
+    // A clipped position shows no noise.
+    let clipped = masks::clipped(&record);
+    if clipped.contains(&true) {
+        let live = |s: &Stretch| -> Vec<Vec<f64>> {
+            let runs = s.range().collect::<Vec<_>>();
+            let runs = runs.chunk_by(|one, other| clipped[*one] == clipped[*other]).filter(|run| !clipped[run[0]]);
+            runs.map(|run| run.iter().map(|k| record.y_m[*k]).collect()).collect()
+        };
+        let parts: Vec<Vec<f64>> = record.stretches.iter().flat_map(live).collect();
+        record.quality.position = noise::estimate(parts.iter().map(Vec::as_slice));
+    }
     smooth(&mut record);
     record.valve_known_s = masks::valve_known_s(&record);
     record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, rig);
