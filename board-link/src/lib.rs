@@ -15,6 +15,7 @@
 //! | bytes to frames and back | `frame.rs` |
 //! | requests, commands, answers | `message.rs` |
 //! | sessions, sequence numbers, repeated requests | `session.rs` |
+//! | what a firmware image says of itself | `identity.rs` |
 //! | setpoint generators and their limits | `generator.rs` |
 //! | named parameters with unit, range and default | `parameter.rs` |
 #![no_std]
@@ -22,6 +23,7 @@
 
 mod frame;
 mod generator;
+pub mod identity;
 mod message;
 mod parameter;
 mod session;

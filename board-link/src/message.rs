@@ -7,7 +7,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 3;
+pub const PROTOCOL_VERSION: u8 = 5;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +46,12 @@ pub enum Command {
     Get(Parameter),
     /// Changes one parameter until the next reset. Not while running.
     Set(Parameter, f32),
+    /// Begins a change of several parameters at once: from those in force, [`Command::Stage`] by stage. Not while running.
+    Begin,
+    /// Notes one parameter of the change; nothing takes effect yet, and only its own range is checked.
+    Stage(Parameter, f32),
+    /// Puts all that was noted in force at once until the next reset, or nothing of it. Not while running.
+    Apply,
     /// Writes all parameters to flash. Not while running.
     Save,
     /// Back to the defaults, until the next reset unless saved. Not while running.
@@ -59,6 +65,9 @@ pub enum Command {
     LastFault,
     /// Restarts the board. Not while running.
     Restart,
+    /// Restarts into the bootloader in the chip's ROM, which takes new firmware over the same serial line and goes on waiting for
+    /// it until the next reset. Not while running.
+    Bootloader,
 }
 
 /// The board's answer to one request.
@@ -103,6 +112,8 @@ pub struct Version {
     pub board: String<24>,
     /// Ticks per second.
     pub tick_hz: u32,
+    /// Layout of the parameters in its flash.
+    pub parameters: u8,
 }
 
 /// How the loop is.
@@ -151,8 +162,10 @@ pub enum Refusal {
     Parameter(ParameterError),
     /// A generator out of range.
     Generator(GeneratorError),
-    /// The parameters do not fit together; none was changed.
-    Configuration,
+    /// The parameters do not fit together; none was changed. The one that stands in the way, if the board has it.
+    Configuration(Option<Parameter>),
+    /// Nothing was begun, or the board has restarted or taken another parameter since.
+    NotBegun,
     /// Flash could not be written; what was stored before is still there.
     Storage,
     /// The control loop did not take the command within a tick or two.

@@ -185,6 +185,43 @@ parameters! {
     StaticFriction = 56: rig.static_n;
     StribeckVelocity = 57: rig.stribeck_velocity_m_per_s;
     Breakaway = 58: rig.breakaway_m;
+    Law = 59: control.law;
+    ServoSpeed = 60: control.servo_speed_m_per_s;
+    ServoAcceleration = 61: control.servo_acceleration_m_per_s2;
+    ServoJerk = 62: control.servo_jerk_m_per_s3;
+    ServoBandwidth = 63: control.servo_bandwidth_rad_per_s;
+    ServoObserver = 64: control.servo_observer_rad_per_s;
+    ServoForceRate = 65: control.servo_force_rate_per_s;
+    ServoArea = 66: control.servo_area_m2_per_kg;
+    ServoLengthA = 67: control.servo_length_a_m;
+    ServoLengthB = 68: control.servo_length_b_m;
+    ServoFill = 69: control.servo_fill_m_per_s;
+    ServoExhaust = 70: control.servo_exhaust_m_per_s;
+    ServoHeatCapacityRatio = 71: control.servo_heat_capacity_ratio;
+    ServoAtmosphere = 72: control.servo_atmosphere_pa;
+    ServoSupply = 73: control.servo_supply_pa;
+    ServoRest = 74: control.servo_rest_pa;
+    ServoBristle = 75: control.servo_bristle_per_s2;
+    ServoViscous = 76: control.servo_viscous_per_s;
+    ServoCoulomb = 77: control.servo_coulomb_m_per_s2;
+    ServoLag = 78: control.servo_lag_s;
+    PositionOffset = 80: control.position_offset_m;
+    PositionGain = 81: control.position_gain;
+    PressureAOffset = 82: control.pressure_a_offset_pa;
+    PressureAGain = 83: control.pressure_a_gain;
+    PressureBOffset = 84: control.pressure_b_offset_pa;
+    PressureBGain = 85: control.pressure_b_gain;
+    SupplyOffset = 86: control.supply_offset_pa;
+    SupplyGain = 87: control.supply_gain;
+    FillConductance = 90: rig.fill_conductance_m3_per_s_pa;
+    ExhaustConductance = 91: rig.exhaust_conductance_m3_per_s_pa;
+    FillCriticalRatio = 92: rig.fill_critical_ratio;
+    ExhaustCriticalRatio = 93: rig.exhaust_critical_ratio;
+    Inclination = 94: rig.inclination_deg;
+    HoseALength = 95: rig.a_length_m as "hose_a_length_m";
+    HoseADiameter = 96: rig.a_diameter_m as "hose_a_diameter_m";
+    HoseBLength = 97: rig.b_length_m as "hose_b_length_m";
+    HoseBDiameter = 98: rig.b_diameter_m as "hose_b_diameter_m";
 }
 
 impl ParameterInfo {
@@ -235,6 +272,32 @@ impl Parameter {
         })
     }
 
+    /// The key of its line, as messages of the checks name it.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self.source() {
+            Source::Control(key, _) => key.row().key,
+            Source::Monitor(key) => key.row().key,
+            Source::Rig(place) => place.key().path,
+            Source::Board(key) => key.row().key,
+        }
+    }
+
+    /// Whether a message about `key` is about it: of the rig, `key` may be one side of what stands for both.
+    fn is_meant_by(self, key: &str) -> bool {
+        match self.source() {
+            Source::Rig(place) if place.key().sides.iter().any(|side| side.key().path == key) => true,
+            _ => self.key() == key,
+        }
+    }
+
+    /// The parameter of a key that a check names, of a pair the end that has the value found.
+    #[must_use]
+    pub fn of_key(key: &str, value: f64, get: impl Fn(Self) -> f32) -> Option<Self> {
+        let meant = || Self::ALL.into_iter().filter(|parameter| parameter.is_meant_by(key));
+        meant().find(|parameter| f64::from(get(*parameter)) == value).or_else(|| meant().next())
+    }
+
     /// Which end it is of a pair that is one parameter elsewhere.
     #[must_use]
     pub const fn end(self) -> Option<End> {
@@ -260,8 +323,9 @@ impl Parameter {
             (None, Some(End::Second)) => [limits.low + f64::from(limits.apart), limits.high],
             (None, None) => [limits.low, limits.high],
         };
-        // A board always has both ends of a range.
-        Limits { low, high, pair: false, optional: limits.optional && !limits.pair, ..limits }
+        // A board always has both ends of a range, and where 0 is a value it cannot mean absent.
+        let optional = limits.optional && !limits.pair && low > 0.0;
+        Limits { low, high, pair: false, optional, ..limits }
     }
 
     /// The value of a new board.

@@ -20,10 +20,14 @@ fn commands() -> impl Strategy<Value = Command> {
             Command::Generate(Generator::Repeat { shape: Shape::Sine, centre_um, amplitude_um, period_ms })
         }),
         parameter.clone().prop_map(Command::Get),
-        (parameter, -1.0e9_f32..1.0e9).prop_map(|(key, value)| Command::Set(key, value)),
+        (parameter.clone(), -1.0e9_f32..1.0e9).prop_map(|(key, value)| Command::Set(key, value)),
+        Just(Command::Begin),
+        (parameter, -1.0e9_f32..1.0e9).prop_map(|(key, value)| Command::Stage(key, value)),
+        Just(Command::Apply),
         Just(Command::Save),
         any::<bool>().prop_map(|on| Command::Bench { on }),
         Just(Command::LastFault),
+        Just(Command::Bootloader),
     ]
 }
 

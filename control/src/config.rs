@@ -5,23 +5,29 @@
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
-use crate::parameters::{Key, Parameters, acceleration_range};
+use crate::parameters::{Key, LawChoice, Parameters, acceleration_range};
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
+use crate::servo::Tuning;
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
+use fixed::types::I16F16;
 use parameter_table::{Must, ParameterError};
 
 /// What the tick needs, precomputed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     pub(crate) position: ChannelLimits,
-    pub(crate) pressure: ChannelLimits,
+    pub(crate) pressure_a: ChannelLimits,
+    pub(crate) pressure_b: ChannelLimits,
+    pub(crate) supply: ChannelLimits,
     pub(crate) freeze: FreezeLimits,
     pub(crate) supply_sensor: bool,
     pub(crate) position_rail_is_fault: bool,
     pub(crate) setpoint: SetpointLimits,
     pub(crate) law: Law,
+    /// The positioning law, where it drives the valve.
+    pub(crate) servo: Option<Tuning>,
     pub(crate) inverse: DeadZoneInverse,
     pub(crate) dac: DacScale,
     pub(crate) safe_voltage: Voltage,
@@ -64,7 +70,7 @@ impl From<ConfigError> for ParameterError {
 }
 
 /// Says what `key` must be if a demand of another parameter is not met.
-fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
+pub(crate) fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
     if met { Ok(()) } else { Err(ConfigError { key: key.row().key, value, must: must.into() }) }
 }
 
@@ -74,7 +80,7 @@ fn within(value: f32, low: f64, high: f64) -> bool {
 }
 
 /// `value · 2^bits`, rounded to nearest; the caller's range check keeps it inside the result's type.
-fn scaled(value: f64, bits: u32) -> i64 {
+pub(crate) fn scaled(value: f64, bits: u32) -> i64 {
     let scaled = value * (1_u64 << bits) as f64;
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i64
 }
@@ -94,13 +100,14 @@ impl Config {
     /// The first parameter that is not finite, out of range or inconsistent with another.
     pub fn from_parameters(p: &Parameters) -> Result<Self, ConfigError> {
         p.check_ranges()?;
+        p.check_calibration()?;
         let tick_hz = f64::from(p.tick_hz);
         let [adc_max, dac_max] = [p.adc_bits, p.dac_bits].map(|bits| ((1_u32 << bits) - 1) as u16);
         let glitch_ticks = ticks(f64::from(p.glitch_time_s), tick_hz).max(1) as u16;
         let glitch_limit = glitch_ticks * GLITCH_WEIGHT;
         let stuck_ticks = ticks(f64::from(p.stuck_time_s), tick_hz).max(15) as u16;
 
-        let positions = p.position_range_m.map(f64::from);
+        let [positions, pressures @ ..] = p.calibrated_ranges();
         let margin = f64::from(p.position_margin_m);
         demand(
             within(p.position_margin_m, 0.0, (positions[1] - positions[0]) / 4.0),
@@ -116,14 +123,16 @@ impl Config {
             [f64::from(p.position_rate_m_per_s) / tick_hz, f64::from(p.position_noise_m)],
             [glitch_limit, stuck_ticks],
         );
-        let pressure = channel(
-            p.pressure_range_pa.map(f64::from),
-            adc_max,
-            Pressure::FRAC_NBITS,
-            p.pressure_limits_pa.map(f64::from),
-            [f64::from(p.pressure_rate_pa_per_s) / tick_hz, f64::from(p.pressure_noise_pa)],
-            [glitch_limit, stuck_ticks],
-        );
+        let [pressure_a, pressure_b, supply] = pressures.map(|ends| {
+            channel(
+                ends,
+                adc_max,
+                Pressure::FRAC_NBITS,
+                p.pressure_limits_pa.map(f64::from),
+                [f64::from(p.pressure_rate_pa_per_s) / tick_hz, f64::from(p.pressure_noise_pa)],
+                [glitch_limit, stuck_ticks],
+            )
+        });
 
         let gain = f64::from(p.gain_v_per_m);
         let (inverse, dac, safe_voltage) =
@@ -133,11 +142,17 @@ impl Config {
         Ok(Self {
             freeze: freeze(&setpoint, positions, adc_max, p.tick_hz, stuck_ticks),
             position,
-            pressure,
+            pressure_a,
+            pressure_b,
+            supply,
             supply_sensor: p.supply_sensor,
             position_rail_is_fault: margin > 0.0,
             setpoint,
-            law: Law { gain_q16: scaled(gain, 16) as i32 },
+            law: Law { gain: I16F16::from_bits(scaled(gain, 16) as i32) },
+            servo: match p.law {
+                LawChoice::Paper => None,
+                LawChoice::Servo => Some(Tuning::new(p, &inverse)?),
+            },
             inverse,
             dac,
             safe_voltage,
@@ -155,10 +170,10 @@ impl Config {
         self.dac.code(self.safe_voltage)
     }
 
-    /// Code → position, pressure: the scales of the sensors, for shells that display quantities.
+    /// Code → position, p_a, p_b, p_sup: the scales of the sensors, for shells that display quantities.
     #[must_use]
-    pub fn scales(&self) -> (&AdcScale, &AdcScale) {
-        (&self.position.scale, &self.pressure.scale)
+    pub fn scales(&self) -> [&AdcScale; 4] {
+        [&self.position.scale, &self.pressure_a.scale, &self.pressure_b.scale, &self.supply.scale]
     }
 
     /// The limits of the reference.
@@ -271,7 +286,7 @@ fn output(
     position_code: f64,
 ) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
     let volts = |value: f64| Voltage::from_bits(scaled(value, Voltage::FRAC_NBITS) as i32);
-    let q16 = |value: f64| scaled(value, 16) as i32;
+    let q16 = |value: f64| I16F16::from_bits(scaled(value, 16) as i32);
     let [lo, hi] = p.valve_range_v.map(f64::from);
     let max_voltage = f64::from(p.max_voltage_v);
     let (lowest, highest) = (lo.max(-max_voltage), hi.min(max_voltage));
@@ -323,10 +338,10 @@ fn output(
         left: volts(left),
         centre: volts(centre),
         blend: volts(blend),
-        per_slope_right_q16: q16(1.0 / slope_right),
-        per_slope_left_q16: q16(1.0 / slope_left),
-        blend_slope_right_q16: q16(rise_right),
-        blend_slope_left_q16: q16(rise_left),
+        per_slope_right: q16(1.0 / slope_right),
+        per_slope_left: q16(1.0 / slope_left),
+        blend_slope_right: q16(rise_right),
+        blend_slope_left: q16(rise_left),
         lowest: volts(lowest),
         highest: volts(highest),
     };

@@ -25,6 +25,7 @@
 
 use crate::arithmetic::{limit, saturate};
 use crate::quantities::Voltage;
+use fixed::types::I16F16;
 
 /// Break-points, precomputed slopes and the limits of the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,14 +38,14 @@ pub struct DeadZoneInverse {
     pub(crate) centre: Voltage,
     /// Half-width of the band `ε`, in `w`.
     pub(crate) blend: Voltage,
-    /// `1 / m_d`, I16F16.
-    pub(crate) per_slope_right_q16: i32,
-    /// `1 / m_e`, I16F16.
-    pub(crate) per_slope_left_q16: i32,
-    /// Slope in the band for `w ≥ 0`, I16F16.
-    pub(crate) blend_slope_right_q16: i32,
-    /// Slope in the band for `w < 0`, I16F16.
-    pub(crate) blend_slope_left_q16: i32,
+    /// `1 / m_d`.
+    pub(crate) per_slope_right: I16F16,
+    /// `1 / m_e`.
+    pub(crate) per_slope_left: I16F16,
+    /// Slope in the band for `w ≥ 0`.
+    pub(crate) blend_slope_right: I16F16,
+    /// Slope in the band for `w < 0`.
+    pub(crate) blend_slope_left: I16F16,
     /// Lowest voltage commanded.
     pub(crate) lowest: Voltage,
     /// Highest voltage commanded.
@@ -57,16 +58,17 @@ impl DeadZoneInverse {
     #[must_use]
     pub fn valve_voltage(&self, w: Voltage) -> Voltage {
         let (from, slope) = if w >= self.blend {
-            (self.right, self.per_slope_right_q16)
+            (self.right, self.per_slope_right)
         } else if w <= -self.blend {
-            (self.left, self.per_slope_left_q16)
+            (self.left, self.per_slope_left)
         } else if w >= 0 {
-            (self.centre, self.blend_slope_right_q16)
+            (self.centre, self.blend_slope_right)
         } else {
-            (self.centre, self.blend_slope_left_q16)
+            (self.centre, self.blend_slope_left)
         };
         // |w · slope| <= 2^62: saturated only after the break-point has been added.
-        let u = i64::from(from.to_bits()) + ((i64::from(w.to_bits()) * i64::from(slope) + (1 << 15)) >> 16);
+        let above = (i64::from(w.to_bits()) * i64::from(slope.to_bits()) + (1 << 15)) >> I16F16::FRAC_NBITS;
+        let u = i64::from(from.to_bits()) + above;
         limit(Voltage::from_bits(saturate(u)), self.lowest, self.highest)
     }
 

@@ -1,13 +1,14 @@
 //! The control law: `w = K_p (y_ref − y)`, the paper's proportional controller (section 4).
 
-use crate::arithmetic::multiply;
+use crate::arithmetic::product;
 use crate::quantities::{Position, Voltage};
+use fixed::types::I16F16;
 
 /// The gain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
-    /// `K_p`, V/m, I16F16.
-    pub(crate) gain_q16: i32,
+    /// `K_p`, V/m.
+    pub(crate) gain: I16F16,
 }
 
 impl Law {
@@ -15,8 +16,6 @@ impl Law {
     #[inline]
     #[must_use]
     pub fn effective_voltage(&self, reference: Position, position: Position) -> Voltage {
-        let error = reference.saturating_sub(position);
-        // I4F28 · I16F16 = F44; voltage has 24 fractional bits.
-        Voltage::from_bits(multiply(error.to_bits(), self.gain_q16, 28 + 16 - 24))
+        product(reference.saturating_sub(position), self.gain)
     }
 }

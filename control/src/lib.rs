@@ -37,6 +37,7 @@
 #![forbid(unsafe_code)]
 
 mod arithmetic;
+mod calibration;
 pub mod codes;
 pub mod config;
 pub mod dead_zone_inverse;
@@ -48,6 +49,7 @@ pub mod plausibility;
 pub mod program;
 pub mod quantities;
 pub mod scales;
+pub mod servo;
 pub mod setpoint;
 mod tick;
 #[cfg(any(test, feature = "twin"))]
@@ -57,6 +59,6 @@ pub use codes::{AdcCode, DacCode};
 pub use config::{Config, ConfigError};
 pub use modes::{Channel, Mode, OperatorCommand, Reason};
 pub use parameter_table::{End, Limits, Must, Row, Value};
-pub use parameters::{Key, Parameters, acceleration_range};
+pub use parameters::{Key, LawChoice, Parameters, acceleration_range};
 pub use quantities::{Position, Pressure, Velocity, Voltage};
 pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, step};

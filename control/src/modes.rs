@@ -77,11 +77,13 @@ pub enum Reason {
     ParametersUnreadable,
     /// What the loop remembers from tick to tick has changed in between.
     MemoryCorrupted,
+    /// The valve output does not show what was written to it.
+    ValveOutput,
 }
 
 impl Reason {
     /// Every reason once, for tables and tests.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Range(Channel::Position),
         Self::Range(Channel::PressureA),
         Self::Range(Channel::PressureB),
@@ -105,6 +107,7 @@ impl Reason {
         Self::Panic,
         Self::ParametersUnreadable,
         Self::MemoryCorrupted,
+        Self::ValveOutput,
     ];
 
     /// One kebab-case word.
@@ -135,6 +138,7 @@ impl Reason {
             Self::Panic => "panic",
             Self::ParametersUnreadable => "parameters-unreadable",
             Self::MemoryCorrupted => "memory-corrupted",
+            Self::ValveOutput => "valve-output",
         }
     }
 

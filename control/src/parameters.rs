@@ -3,7 +3,37 @@
 //! This is the only place where a key, its unit, its default, its range and its meaning are stated. What one parameter
 //! demands of another is checked in [`Config::from_parameters`](crate::Config::from_parameters), also only there.
 
-use parameter_table::parameter_table;
+use parameter_table::{End, Field, Value, parameter_table};
+
+/// Which law drives the valve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+pub enum LawChoice {
+    /// The paper's: proportional to the error.
+    #[default]
+    Paper,
+    /// The positioning law, which knows the rig.
+    Servo,
+}
+
+impl LawChoice {
+    const WORDS: &[&str] = &["paper", "servo"];
+
+    /// As files write it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        Self::WORDS.get(usize::from(self as u8)).copied().unwrap_or_default()
+    }
+}
+
+impl Field for LawChoice {
+    fn value(&self) -> Value {
+        Value::Choice(*self as u8, Self::WORDS)
+    }
+    fn put(&mut self, _: End, number: f32) {
+        *self = if number >= 0.5 { Self::Servo } else { Self::Paper };
+    }
+}
 
 parameter_table! {
     /// Everything that can be set. `Default` is the converter ranges of the rig file's defaults, the paper's law at 4 V/m, no
@@ -22,6 +52,23 @@ parameter_table! {
     // The format of pressures ends at 8.39 MPa.
     /// Pressure at code 0 and at the highest code, absolute; the same for the three pressure channels.
     pressure_range_pa: [f32; 2] = [0.0, 1.0e6], "Pa", -8.0e6 => 8.0e6, apart 1.0e3;
+    // A sensor whose calibration goes further than half or double has the wrong range.
+    /// Calibration of the position: added to the reading of its range times the gain; `plant-sim board calibrate` finds both.
+    position_offset_m: f32 = 0.0, "m", -1.0 => 1.0;
+    /// Calibration of the position: factor on the reading of its range.
+    position_gain: f32 = 1.0, "", 0.5 => 2.0;
+    /// Calibration of the pressure of chamber A: added to the reading of the range times the gain.
+    pressure_a_offset_pa: f32 = 0.0, "Pa", -1.0e6 => 1.0e6;
+    /// Calibration of the pressure of chamber A: factor on the reading of the range.
+    pressure_a_gain: f32 = 1.0, "", 0.5 => 2.0;
+    /// Calibration of the pressure of chamber B: added to the reading of the range times the gain.
+    pressure_b_offset_pa: f32 = 0.0, "Pa", -1.0e6 => 1.0e6;
+    /// Calibration of the pressure of chamber B: factor on the reading of the range.
+    pressure_b_gain: f32 = 1.0, "", 0.5 => 2.0;
+    /// Calibration of the supply pressure: added to the reading of the range times the gain.
+    supply_offset_pa: f32 = 0.0, "Pa", -1.0e6 => 1.0e6;
+    /// Calibration of the supply pressure: factor on the reading of the range.
+    supply_gain: f32 = 1.0, "", 0.5 => 2.0;
     /// Bits of an ADC code, hardware oversampling included.
     adc_bits: u8 = 16, "", 8 => 16;
     // The format of voltages ends at 128 V.
@@ -35,9 +82,53 @@ parameter_table! {
     /// Whether a supply pressure sensor is connected.
     supply_sensor: bool = true, "", 0 => 1;
 
+    /// Which law drives the valve: `paper`, proportional to the error, or `servo`, the positioning law, which needs the
+    /// numbers of the rig that begin with `servo_`. On the board 0 or 1.
+    law: LawChoice = LawChoice::Paper, "", 0 => 1;
+    // The defaults of these are the paper's case (a) with a valve lag of 1.7 ms. Their ranges end where a format of the law does.
+    /// Positioning law: highest speed of the reference.
+    servo_speed_m_per_s: f32 = 1.3917, "m/s", 1.0e-3 => 50.0;
+    /// Positioning law: highest acceleration of the reference.
+    servo_acceleration_m_per_s2: f32 = 10.45297, "m/s2", 1.0e-2 => 5_000.0;
+    /// Positioning law: highest jerk of the reference.
+    servo_jerk_m_per_s3: f32 = 80.5558, "m/s3", 0.1 => 2.0e6;
+    /// Positioning law: bandwidth of the law.
+    servo_bandwidth_rad_per_s: f32 = 68.10603, "rad/s", 1.0 => 1_000.0;
+    /// Positioning law: bandwidth of the observer.
+    servo_observer_rad_per_s: f32 = 115.78025, "rad/s", 1.0 => 2_000.0;
+    /// Positioning law: how fast the estimated force follows the measured one.
+    servo_force_rate_per_s: f32 = 375.0, "1/s", 1.0 => 10_000.0;
+    /// Positioning law: area of the piston over the moving mass, mean of both sides.
+    servo_area_m2_per_kg: f32 = 4.849383e-5, "m2/kg", 1.0e-7 => 1.0;
+    /// Positioning law: volume of chamber A at mid-stroke over the area.
+    servo_length_a_m: f32 = 0.509165, "m", 1.0e-3 => 3.9;
+    /// Positioning law: volume of chamber B at mid-stroke over the area.
+    servo_length_b_m: f32 = 0.509165, "m", 1.0e-3 => 3.9;
+    /// Positioning law: flow into a chamber, as the speed of a piston that it would follow, for a radian of opening and a
+    /// pressure drop equal to the chamber's pressure: `R T β_fill / A`.
+    servo_fill_m_per_s: f32 = 1.190307, "m/s", 1.0e-4 => 60.0;
+    /// Positioning law: the same out of a chamber, `R T β_exh / A`.
+    servo_exhaust_m_per_s: f32 = 1.538137, "m/s", 1.0e-4 => 60.0;
+    /// Positioning law: ratio of the gas's heat capacities.
+    servo_heat_capacity_ratio: f32 = 1.4, "", 1.0 => 2.0;
+    /// Positioning law: pressure of the atmosphere, absolute.
+    servo_atmosphere_pa: f32 = 1.0e5, "Pa", 1.0e3 => 1.0e6;
+    /// Positioning law: nominal supply pressure, absolute; used where it is not measured.
+    servo_supply_pa: f32 = 7.0e5, "Pa", 1.0e3 => 8.0e6;
+    /// Positioning law: pressure of the chambers at rest, absolute; used where it is not measured.
+    servo_rest_pa: f32 = 3.617551e5, "Pa", 1.0e3 => 8.0e6;
+    /// Positioning law: stiffness of the seal's bristles over the moving mass.
+    servo_bristle_per_s2: f32 = 4.938272e4, "1/s2", 0.0 => 1.0e9;
+    /// Positioning law: viscous friction over the moving mass.
+    servo_viscous_per_s: f32 = 4.595753, "1/s", 0.0 => 1.0e4;
+    /// Positioning law: Coulomb friction over the moving mass.
+    servo_coulomb_m_per_s2: f32 = 2.281778, "m/s2", 0.0 => 5_000.0;
+    /// Positioning law: time constant with which the valve's spool follows its command.
+    servo_lag_s: f32 = 1.7e-3, "s", 0.0 => 0.1;
+
     // The law's format ends at 32,767 V/m. At 10,000 V/m half a millimetre opens a 5 V valve fully: beyond, the law is a
     // switch, and its rounding is proven up to here.
-    /// Proportional gain `K_p`.
+    /// Proportional gain `K_p` of the paper's law. A controller file that gives it and no `law` selects that law.
     gain_v_per_m: f32 = 4.0, "V/m", 0.0 => 10_000.0;
     /// Lowest and highest position the reference may take, inside `position_range_m`; absent: the sensor's range.
     setpoint_range_m: Option<[f32; 2]> = None, "m", -3.9 => 3.9;

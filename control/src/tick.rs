@@ -6,6 +6,7 @@ use crate::frozen::FreezeWatch;
 use crate::modes::{Channel, Mode, OperatorCommand, Reason};
 use crate::plausibility::{ChannelState, Fault, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Voltage};
+use crate::servo::{Readings, ServoState};
 use crate::setpoint::SetpointState;
 
 /// What the shell hands in each tick.
@@ -41,6 +42,8 @@ pub struct ExternalFaults {
     pub overrun: bool,
     /// The on-board model cannot explain the readings; already debounced by the monitor.
     pub model_disagreement: bool,
+    /// The valve output is not what was written; already debounced by the shell.
+    pub valve_output: bool,
 }
 
 /// What the controller hands out each tick.
@@ -85,6 +88,7 @@ pub struct ControllerState {
     pressure_b: ChannelState,
     supply: ChannelState,
     setpoint: SetpointState,
+    servo: ServoState,
     supply_low: u16,
     missed: u16,
     late: u16,
@@ -112,6 +116,12 @@ impl ControllerState {
         self.mode
     }
 
+    /// What the positioning law remembers.
+    #[must_use]
+    pub fn servo(&self) -> &ServoState {
+        &self.servo
+    }
+
     /// Whether a channel is known to be noisy, so that silence on it counts as stuck.
     #[must_use]
     pub fn noisy(&self, channel: Channel) -> bool {
@@ -131,14 +141,24 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
     advance_mode(config, state, inputs.command, fault);
 
     let position = Position::from_bits(state.position.good());
-    if state.begin && state.position.seen() {
+    let begin = state.begin && state.position.seen();
+    if begin {
         state.setpoint = SetpointState::at(position);
         state.begin = false;
     }
     let (reference, w, u) = if state.mode == Mode::Run && state.position.seen() {
         let reference = config.setpoint.advance(&mut state.setpoint, inputs.reference);
-        let w = config.law.effective_voltage(reference, position);
-        (reference, w, config.inverse.valve_voltage(w))
+        match &config.servo {
+            None => {
+                let w = config.law.effective_voltage(reference, position);
+                (reference, w, config.inverse.valve_voltage(w))
+            }
+            Some(servo) => {
+                let readings = readings(config, state, position);
+                let [u, w] = servo.step(&mut state.servo, begin, reference, &readings);
+                (reference, w, u)
+            }
+        }
     } else {
         (position, Voltage::ZERO, config.safe_voltage)
     };
@@ -157,6 +177,17 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
     }
 }
 
+/// What the positioning law sees.
+#[inline]
+fn readings(config: &Config, state: &ControllerState, y: Position) -> Readings {
+    let read = |channel: &ChannelState| Pressure::from_bits(channel.good());
+    Readings {
+        y,
+        chambers: [Some(read(&state.pressure_a)), Some(read(&state.pressure_b))],
+        supply: config.supply_sensor.then(|| read(&state.supply)),
+    }
+}
+
 /// What is wrong this tick, the most telling reason first.
 #[inline]
 fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Option<Reason> {
@@ -165,10 +196,10 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     let rail_is_fault = config.position_rail_is_fault || testing || !state.position.seen();
     // Every channel takes its code every tick, whatever the others say.
     let position = config.position.check(&mut state.position, inputs.position, rail_is_fault);
-    let pressure_a = config.pressure.check(&mut state.pressure_a, inputs.pressure_a, true);
-    let pressure_b = config.pressure.check(&mut state.pressure_b, inputs.pressure_b, true);
+    let pressure_a = config.pressure_a.check(&mut state.pressure_a, inputs.pressure_a, true);
+    let pressure_b = config.pressure_b.check(&mut state.pressure_b, inputs.pressure_b, true);
     let supply = if config.supply_sensor {
-        config.pressure.check(&mut state.supply, inputs.supply.unwrap_or(AdcCode(0)), true)
+        config.supply.check(&mut state.supply, inputs.supply.unwrap_or(AdcCode(0)), true)
     } else {
         None
     };
@@ -189,7 +220,9 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     // What forbids running forbids arming too.
     let silent = state.mode == Mode::Run && state.host_silent >= config.command_time_out_ticks;
     let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
-    None.or(position.map(|fault| reason(fault, Channel::Position)))
+    // A valve that does not obey is no better while idle: the air is on.
+    None.or(inputs.faults.valve_output.then_some(Reason::ValveOutput))
+        .or(position.map(|fault| reason(fault, Channel::Position)))
         .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
         .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
         .or(supply.map(|fault| reason(fault, Channel::Supply)))

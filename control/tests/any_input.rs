@@ -2,7 +2,8 @@
 //! nothing but run moves the valve. The same target is fuzzed in `fuzz/`.
 
 use control::{
-    AdcCode, Config, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position, step,
+    AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, Mode, OperatorCommand, Parameters, Position,
+    step,
 };
 use proptest::prelude::*;
 
@@ -32,6 +33,7 @@ fn inputs() -> impl Strategy<Value = Inputs> {
                 late_tick: f[1],
                 overrun: f[2],
                 model_disagreement: f[3] && f[0],
+                valve_output: f[3] && f[1] && f[2],
             },
         },
     )
@@ -94,65 +96,20 @@ proptest! {
     }
 
     #[test]
-    fn no_numbers_make_the_configuration_panic(n in prop::collection::vec(any_number(), 25), bits in any::<(u8, u8, u32, u8)>()) {
-        let p = Parameters {
-            position_range_m: [n[0], n[1]],
-            pressure_range_pa: [n[2], n[3]],
-            adc_bits: bits.0 % 20,
-            valve_range_v: [n[4], n[5]],
-            dac_bits: bits.1 % 20,
-            tick_hz: bits.2 % 30_000,
-            supply_sensor: true,
-            gain_v_per_m: n[6],
-            setpoint_range_m: Some([n[7], n[8]]),
-            setpoint_velocity_m_per_s: Some(n[9]),
-            setpoint_acceleration_m_per_s2: Some(n[10]),
-            dead_zone_right_v: n[11],
-            dead_zone_left_v: n[12],
-            slope_right: n[13],
-            slope_left: n[14],
-            dead_zone_blend_v: Some(n[15]),
-            max_voltage_v: n[16],
-            safe_voltage_v: Some(n[17]),
-            position_margin_m: n[18],
-            pressure_limits_pa: [n[19], n[20]],
-            position_rate_m_per_s: n[21],
-            position_noise_m: n[22],
-            pressure_rate_pa_per_s: n[23],
-            pressure_noise_pa: n[24],
-            glitch_time_s: n[0],
-            stuck_time_s: n[1],
-            supply_minimum_pa: n[2],
-            timing_fault_ticks: bits.3,
-            self_test_time_s: n[3],
-            command_time_out_s: Some(n[4]),
+    fn no_numbers_make_the_configuration_panic(numbers in prop::collection::vec((any_number(), any_number()), Key::ALL.len())) {
+        let put = |p: &mut Parameters, key, (first, second)| {
+            p.put(key, End::First, first);
+            p.put(key, End::Second, second);
         };
-        let _ = Config::from_parameters(&p);
+        let mut all = Parameters::default();
+        for (key, number) in Key::ALL.into_iter().zip(&numbers) {
+            put(&mut all, key, *number);
+        }
+        let _ = Config::from_parameters(&all);
         // and one wrong number at a time, so that every check is reached
-        for (k, value) in n.iter().enumerate() {
+        for (key, number) in Key::ALL.into_iter().zip(&numbers) {
             let mut p = Parameters::default();
-            let slot = match k {
-                0 => &mut p.position_range_m[0],
-                1 => &mut p.position_range_m[1],
-                2 => &mut p.pressure_range_pa[0],
-                3 => &mut p.pressure_range_pa[1],
-                4 => &mut p.valve_range_v[0],
-                5 => &mut p.valve_range_v[1],
-                6 => &mut p.gain_v_per_m,
-                7 => &mut p.dead_zone_left_v,
-                8 => &mut p.slope_right,
-                9 => &mut p.max_voltage_v,
-                10 => &mut p.position_margin_m,
-                11 => &mut p.pressure_limits_pa[0],
-                12 => &mut p.position_rate_m_per_s,
-                13 => &mut p.position_noise_m,
-                14 => &mut p.pressure_rate_pa_per_s,
-                15 => &mut p.glitch_time_s,
-                16 => &mut p.stuck_time_s,
-                17 => &mut p.self_test_time_s,
-                _ => &mut p.supply_minimum_pa,
-            };
-            *slot = *value;
+            put(&mut p, key, *number);
             if let Ok(config) = Config::from_parameters(&p) {
                 let outputs = step(&config, &mut ControllerState::armed(), Inputs::default());
                 prop_assert!(outputs.dac <= config.dac_scale().max_code());

@@ -58,7 +58,7 @@ fn without_a_dead_zone_the_inverse_is_the_identity_to_one_unit() {
 fn at_zero_error_the_valve_stands_in_the_middle_of_the_dead_zone() {
     let p = Parameters { dead_zone_left_v: -0.2, ..real_valve() };
     let config = Config::from_parameters(&p).unwrap();
-    let position = config.scales().0.position(AdcCode(40_000));
+    let position = config.scales()[0].position(AdcCode(40_000));
     let u: f64 = tick(&config, position, 40_000).telemetry.u.to_num();
     assert!((u - 0.11).abs() < 1e-6, "{u}");
 }
@@ -68,7 +68,7 @@ fn one_code_of_noise_about_the_target_never_lets_air_through() {
     let p = real_valve();
     let config = Config::from_parameters(&p).unwrap();
     for code in [1000_u16, 32_767, 32_768, 60_000] {
-        let target = config.scales().0.position(AdcCode(code));
+        let target = config.scales()[0].position(AdcCode(code));
         for noisy in code - 1..=code + 1 {
             let u: f64 = tick(&config, target, noisy).telemetry.u.to_num();
             assert_eq!(dead_zone(&p, u), 0.0, "u {u} at code {noisy}");
@@ -81,7 +81,7 @@ fn four_sigma_of_a_twentieth_of_a_millimetre_never_lets_air_through() {
     let p = real_valve();
     let config = Config::from_parameters(&p).unwrap();
     for noise in [-0.2e-3, 0.2e-3] {
-        let target = config.scales().0.position(AdcCode(30_000)) + Position::from_num(noise);
+        let target = config.scales()[0].position(AdcCode(30_000)) + Position::from_num(noise);
         let u: f64 = tick(&config, target, 30_000).telemetry.u.to_num();
         assert_eq!(dead_zone(&p, u), 0.0, "u {u}");
     }
@@ -109,7 +109,7 @@ proptest! {
             slope_right: slopes.0, slope_left: slopes.1, ..Parameters::default()
         };
         let config = Config::from_parameters(&p).unwrap();
-        let target = config.scales().0.position(AdcCode(start + 500));
+        let target = config.scales()[0].position(AdcCode(start + 500));
         let per_code = f64::from(gain) / 65_535.0;
         let blend = (10.0_f64 / 4095.0).max(2.0 * per_code).max(1e-3);
         let steepest = f64::from(width) / 2.0 / blend + 5.0;

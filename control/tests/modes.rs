@@ -91,7 +91,7 @@ fn a_limited_reference_starts_where_the_piston_is() {
     bench.inputs.position = AdcCode(32_768 + 200); // moved by hand while idle
     bench.run(100);
     let outputs = bench.tick(|inputs| inputs.command = Some(OperatorCommand::Arm));
-    let start = bench.config.scales().0.position(AdcCode(32_968));
+    let start = bench.config.scales()[0].position(AdcCode(32_968));
     assert!((outputs.telemetry.reference - start).abs() <= Position::from_num(1.01e-4));
 }
 
@@ -149,6 +149,17 @@ fn the_monitors_word_is_taken_at_once() {
 }
 
 #[test]
+fn an_output_that_does_not_obey_trips_at_once_armed_or_not() {
+    let mut armed = Bench::armed();
+    armed.run(10);
+    let tripped = armed.until_safe(10, |_, inputs| inputs.faults.valve_output = true);
+    assert_eq!(tripped, (1, "safe:valve-output".to_owned()));
+    let mut idle = Bench::new(&Parameters::default(), ControllerState::boot(None));
+    assert_eq!(idle.run(1000), Mode::Idle);
+    assert_eq!(idle.until_safe(10, |_, inputs| inputs.faults.valve_output = true), tripped);
+}
+
+#[test]
 fn low_supply_trips_in_run_only() {
     let mut bench = Bench::new(&Parameters::default(), ControllerState::boot(None));
     bench.inputs.supply = Some(AdcCode(20_000)); // 3.05 bar: air still off
@@ -177,7 +188,8 @@ fn every_reason_has_its_own_word_and_a_number_that_leads_back_to_it() {
     words.sort_unstable();
     words.dedup();
     assert_eq!(words.len(), Reason::ALL.len());
-    assert_eq!(Reason::from_code(23), None);
+    let last = Reason::ALL.map(Reason::code).into_iter().max().unwrap();
+    assert_eq!(Reason::from_code(last + 1), None);
 }
 
 #[test]

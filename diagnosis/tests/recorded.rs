@@ -97,7 +97,7 @@ fn logs() -> Vec<Recorded> {
         let name: Vec<&str> = set.iter().map(|e| e.id()).collect();
         add(name.join(" + "), set.iter().map(|e| typical(*e)).collect(), None);
     }
-    for foreign in [Foreign::ALL[0], Foreign::ALL[1], Foreign::ALL[5]] {
+    for foreign in [Foreign::QuadraticDrag, Foreign::Backlash] {
         add(format!("unknown {foreign:?}"), vec![Cause::Foreign(foreign, middle(foreign))], None);
     }
     let sets: [&[Column]; 3] =

@@ -12,8 +12,8 @@ pub struct BenchPlant {
     plant: Plant<f32>,
     state: State<f32>,
     tick_s: f32,
-    position: Line,
-    pressure: Line,
+    /// Position, p_a, p_b, p_sup.
+    channels: [Line; 4],
     volts_per_code: f32,
     volts_at_zero: f32,
 }
@@ -26,8 +26,8 @@ struct Line {
 }
 
 impl Line {
-    fn new([low, high]: [f32; 2]) -> Self {
-        Self { low, codes_per_unit: 65_535.0 / (high - low) }
+    fn new([low, high]: [f64; 2]) -> Self {
+        Self { low: low as f32, codes_per_unit: 65_535.0 / (high as f32 - low as f32) }
     }
 
     /// The code, rounded and limited (a float-to-integer cast saturates).
@@ -50,8 +50,7 @@ impl BenchPlant {
             plant,
             state,
             tick_s,
-            position: Line::new(parameters.position_range_m),
-            pressure: Line::new(parameters.pressure_range_pa),
+            channels: parameters.calibrated_ranges().map(Line::new),
             volts_per_code: (high_v - low_v) / 4095.0,
             volts_at_zero: low_v,
         })
@@ -63,11 +62,12 @@ impl BenchPlant {
         let volts = self.volts_at_zero + self.volts_per_code * f32::from(dac_code);
         let inputs = self.plant.inputs(volts);
         Stepper::single_step(&self.plant, &mut self.state, &inputs, self.tick_s);
+        let [position, a, b, supply] = self.channels;
         [
-            self.position.code(self.state.y_m),
-            self.pressure.code(self.state.p_a_pa),
-            self.pressure.code(self.state.p_b_pa),
-            self.pressure.code(self.state.p_sup_pa),
+            position.code(self.state.y_m),
+            a.code(self.state.p_a_pa),
+            b.code(self.state.p_b_pa),
+            supply.code(self.state.p_sup_pa),
         ]
     }
 }

@@ -21,6 +21,8 @@ pub enum Action {
     Save,
     /// Answer, then restart the board.
     Restart,
+    /// Answer, then restart into the bootloader in ROM.
+    Bootloader,
 }
 
 /// What shows that an order was carried out.
@@ -53,6 +55,8 @@ impl OrderOutcome {
 #[derive(Clone, Debug)]
 pub struct Desk {
     settings: Settings,
+    /// A change of several parameters under way.
+    pending: Option<Settings>,
     tick_hz: u32,
     board: &'static str,
     firmware: &'static str,
@@ -64,7 +68,7 @@ impl Desk {
     /// `last_fault` is the note of the previous run, empty if there was none.
     #[must_use]
     pub fn new(settings: Settings, board: &'static str, firmware: &'static str, last_fault: TextWord) -> Self {
-        Self { tick_hz: settings.tick_hz(), settings, board, firmware, last_fault }
+        Self { tick_hz: settings.tick_hz(), settings, pending: None, board, firmware, last_fault }
     }
 
     /// What is saved: the settings in force, but for the tick rate, which waits for the next start.
@@ -94,6 +98,7 @@ impl Desk {
                 firmware: short(self.firmware),
                 board: short(self.board),
                 tick_hz: self.tick_hz,
+                parameters: crate::store::LAYOUT,
             }))),
             Command::Status => Ok(Action::Reply(Reply::Status(status(now, bad_frames)))),
             Command::LastFault => Ok(Action::Reply(Reply::Text(self.last_fault.clone()))),
@@ -120,6 +125,21 @@ impl Desk {
                 changed.set(parameter, value).map_err(Refusal::Parameter)?;
                 self.configure(changed)
             }
+            Command::Begin => {
+                only_in(mode != Mode::Run)?;
+                self.pending = Some(self.settings.clone());
+                Ok(Action::Reply(Reply::Done))
+            }
+            Command::Stage(parameter, value) => {
+                let pending = self.pending.as_mut().ok_or(Refusal::NotBegun)?;
+                pending.set(parameter, value).map_err(Refusal::Parameter)?;
+                Ok(Action::Reply(Reply::Done))
+            }
+            Command::Apply => {
+                only_in(mode != Mode::Run)?;
+                let changed = self.pending.take().ok_or(Refusal::NotBegun)?;
+                self.configure(changed)
+            }
             Command::Defaults => {
                 only_in(mode != Mode::Run)?;
                 self.configure(Settings::default())
@@ -131,7 +151,7 @@ impl Desk {
             Command::Bench { on } => {
                 only_in(mode != Mode::Run)?;
                 let order = if on {
-                    Order::BenchOn(self.in_force().bench_plant().ok_or(Refusal::Configuration)?)
+                    Order::BenchOn(self.in_force().bench_plant().ok_or(Refusal::Configuration(None))?)
                 } else {
                     Order::BenchOff
                 };
@@ -141,18 +161,25 @@ impl Desk {
                 only_in(mode != Mode::Run)?;
                 Ok(Action::Restart)
             }
+            Command::Bootloader => {
+                only_in(mode != Mode::Run)?;
+                Ok(Action::Bootloader)
+            }
         }
     }
 
     /// All or nothing: the settings change only if they fit together, at the present tick rate and at their own, with which the
     /// next start will read them.
     fn configure(&mut self, changed: Settings) -> Result<Action, Refusal> {
-        changed.rig().validate().map_err(|_| Refusal::Configuration)?;
+        let refused = |error| Refusal::Configuration(changed.named_by(&error));
+        changed.rig().validate().map_err(refused)?;
         if changed.tick_hz() != self.tick_hz {
-            changed.check().map_err(|_| Refusal::Configuration)?;
+            changed.check().map_err(refused)?;
         }
-        let setup = at_rate(&changed, self.tick_hz).setup().map_err(|_| Refusal::Configuration)?;
+        let setup = at_rate(&changed, self.tick_hz).setup().map_err(refused)?;
         self.settings = changed;
+        // What was begun, began from other values.
+        self.pending = None;
         Ok(Action::Order(Order::Configure(setup), OrderOutcome::Any))
     }
 }

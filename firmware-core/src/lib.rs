@@ -14,6 +14,7 @@
 //! | --- | --- |
 //! | one tick: setpoint, (bench plant,) control law, record, model monitor | `control_loop.rs` |
 //! | where the setpoint goes | `course.rs` |
+//! | whether the valve output shows what was written | `output_check.rs` |
 //! | sums of oversampled conversions → codes | `oversampled.rs` |
 //! | the simulated plant in place of sensors and valve | `bench.rs` |
 //! | what one tick leaves for telemetry | `record.rs` |
@@ -34,6 +35,7 @@ mod course;
 mod desk;
 #[cfg(feature = "lockstep")]
 pub mod lockstep;
+mod output_check;
 mod oversampled;
 mod record;
 mod settings;
@@ -48,12 +50,13 @@ pub use bench::BenchPlant;
 pub use control_loop::{ControlLoop, LoopTick, MonitorSetup, Order, Setup, SetupError};
 pub use course::Course;
 pub use desk::{Action, Desk, OrderOutcome};
+pub use output_check::{OutputCheck, OutputSeen, tolerance as output_tolerance};
 pub use oversampled::code_of_sum;
 pub use parameter_table::ParameterError as SettingsError;
 pub use record::{Record, mode_from_number, mode_number};
 pub use settings::Settings;
 pub use snapshot::{Snapshot, SnapshotValues};
-pub use store::{Loaded, ParameterStore, STORED_BYTES};
+pub use store::{LAYOUT as PARAMETER_LAYOUT, Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
 #[cfg(feature = "defmt")]
 pub use telemetry_lines::{Scales, send as send_record};

@@ -125,7 +125,8 @@ pub fn encode_tick(inputs: &Inputs) -> [u8; TICK_BYTES] {
         | bit(inputs.host_heard, 1)
         | bit(faults.late_tick, 2)
         | bit(faults.overrun, 3)
-        | bit(faults.model_disagreement, 4);
+        | bit(faults.model_disagreement, 4)
+        | bit(faults.valve_output, 5);
     let command = COMMANDS.iter().position(|command| *command == inputs.command).unwrap_or(0) as u8;
     let [r0, r1, r2, r3] = inputs.reference.to_bits().to_le_bytes();
     let code = |code: AdcCode| code.0.to_le_bytes();
@@ -151,7 +152,13 @@ pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
         supply: bit(0).then(|| code(s0, s1)),
         command: COMMANDS.get(usize::from(command)).copied().flatten(),
         host_heard: bit(1),
-        faults: ExternalFaults { missed_ticks, late_tick: bit(2), overrun: bit(3), model_disagreement: bit(4) },
+        faults: ExternalFaults {
+            missed_ticks,
+            late_tick: bit(2),
+            overrun: bit(3),
+            model_disagreement: bit(4),
+            valve_output: bit(5),
+        },
     })
 }
 

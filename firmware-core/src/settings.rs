@@ -66,6 +66,12 @@ impl Settings {
         self.rig().validate()
     }
 
+    /// The parameter that a check of these settings names, if the board has it.
+    #[must_use]
+    pub fn named_by(&self, error: &SettingsError) -> Option<Parameter> {
+        Parameter::of_key(error.key, error.value, |parameter| self.get(parameter))
+    }
+
     /// The control law's configuration.
     ///
     /// # Errors

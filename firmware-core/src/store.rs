@@ -16,7 +16,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use crate::settings::Settings;
 
 /// First byte of a set: raised when its layout changes. (New parameters do not change it: they keep their defaults.)
-const LAYOUT: u8 = 1;
+pub const LAYOUT: u8 = 1;
 const ENTRY_BYTES: usize = 5;
 /// Longest set: layout byte, then number and value of every parameter.
 pub const STORED_BYTES: usize = 1 + ENTRY_BYTES * Parameter::ALL.len();

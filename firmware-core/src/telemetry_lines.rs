@@ -1,7 +1,5 @@
 //! The lines of telemetry, as defmt messages. Their words are the format: people read them, `plant-sim record` parses them.
 
-use board_link::Parameter;
-
 use crate::record::Record;
 use crate::settings::Settings;
 
@@ -10,10 +8,8 @@ use crate::settings::Settings;
 pub struct Scales {
     /// Ticks per second.
     pub tick_hz: u32,
-    /// Position at code 0 and 65 535, m.
-    pub position_m: [f32; 2],
-    /// Pressure at code 0 and 65 535, Pa.
-    pub pressure_pa: [f32; 2],
+    /// Position (m), p_a, p_b, p_sup (Pa) at code 0 and 65 535, as calibrated.
+    pub channels: [[f32; 2]; 4],
     /// Valve voltage at code 0 and 4095, V.
     pub valve_v: [f32; 2],
     /// One record every so many ticks.
@@ -24,15 +20,7 @@ impl Scales {
     /// Those of the settings.
     #[must_use]
     pub fn of(settings: &Settings) -> Self {
-        use Parameter as P;
-        let pair = |low, high| [settings.get(low), settings.get(high)];
-        Self {
-            tick_hz: settings.tick_hz(),
-            position_m: pair(P::PositionLow, P::PositionHigh),
-            pressure_pa: pair(P::PressureLow, P::PressureHigh),
-            valve_v: pair(P::ValveLow, P::ValveHigh),
-            every: settings.telemetry_every(),
-        }
+        Self::of_parameters(&settings.control_parameters(), settings.telemetry_every())
     }
 
     /// Those of a control law's parameters.
@@ -40,8 +28,7 @@ impl Scales {
     pub fn of_parameters(parameters: &control::Parameters, every: u32) -> Self {
         Self {
             tick_hz: parameters.tick_hz,
-            position_m: parameters.position_range_m,
-            pressure_pa: parameters.pressure_range_pa,
+            channels: parameters.calibrated_ranges().map(|ends| ends.map(|end| end as f32)),
             valve_v: parameters.valve_range_v,
             every,
         }
@@ -49,14 +36,18 @@ impl Scales {
 
     /// Sends them.
     pub fn send(&self) {
-        let ([y0, y1], [p0, p1], [u0, u1]) = (self.position_m, self.pressure_pa, self.valve_v);
+        let ([[y0, y1], [a0, a1], [b0, b1], [s0, s1]], [u0, u1]) = (self.channels, self.valve_v);
         defmt::info!(
-            "scales hz={=u32} y0={=f32} y1={=f32} p0={=f32} p1={=f32} u0={=f32} u1={=f32} every={=u32}",
+            "scales hz={=u32} y0={=f32} y1={=f32} a0={=f32} a1={=f32} b0={=f32} b1={=f32} s0={=f32} s1={=f32} u0={=f32} u1={=f32} every={=u32}",
             self.tick_hz,
             y0,
             y1,
-            p0,
-            p1,
+            a0,
+            a1,
+            b0,
+            b1,
+            s0,
+            s1,
             u0,
             u1,
             self.every,

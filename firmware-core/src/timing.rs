@@ -32,7 +32,7 @@ impl Timing {
             missed_ticks: self.ticks_missed(elapsed),
             late_tick: self.overran,
             overrun: mixed,
-            model_disagreement: false,
+            ..ExternalFaults::default()
         }
     }
 

@@ -47,7 +47,7 @@ impl Board {
                 self.snapshot.publish(&tick.record, self.control_loop.bench());
                 if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
             }
-            Action::Save | Action::Restart => Ok(Reply::Done),
+            Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
         }
     }
 
@@ -88,6 +88,7 @@ fn commands_are_refused_in_the_wrong_state() {
         Command::Save,
         Command::Bench { on: true },
         Command::Restart,
+        Command::Bootloader,
     ] {
         assert_eq!(board.ask(command), Err(Refusal::State), "{command:?}");
     }
@@ -100,9 +101,70 @@ fn a_refused_parameter_changes_nothing() {
     let before = board.desk.settings().clone();
     assert!(board.ask(Command::Set(Parameter::Gain, f32::NAN)).is_err());
     assert!(board.ask(Command::Set(Parameter::Gain, -1.0)).is_err());
-    assert_eq!(board.ask(Command::Set(Parameter::PositionLow, 0.6)), Err(Refusal::Configuration));
-    assert_eq!(board.ask(Command::Set(Parameter::StaticFriction, 1.0)), Err(Refusal::Configuration));
+    assert_eq!(board.ask(Command::Set(Parameter::PositionLow, 0.6)), refused_for(Parameter::PositionHigh));
+    assert_eq!(board.ask(Command::Set(Parameter::StaticFriction, 1.0)), refused_for(Parameter::StaticFriction));
+    // Another parameter stands in the way of this one.
+    assert_eq!(board.ask(Command::Set(Parameter::PositionLow, -0.2)), refused_for(Parameter::SetpointLow));
     assert_eq!(board.desk.settings(), &before);
+}
+
+fn refused_for(key: Parameter) -> Result<Reply, Refusal> {
+    Err(Refusal::Configuration(Some(key)))
+}
+
+/// Begins, stages, and says what came of applying.
+fn at_once(board: &mut Board, changes: &[(Parameter, f32)]) -> Result<Reply, Refusal> {
+    assert_eq!(board.ask(Command::Begin), Ok(Reply::Done));
+    for (parameter, value) in changes {
+        assert_eq!(board.ask(Command::Stage(*parameter, *value)), Ok(Reply::Done));
+    }
+    board.ask(Command::Apply)
+}
+
+#[test]
+fn parameters_that_belong_together_change_at_once_in_any_order_or_not_at_all() {
+    use Parameter as P;
+    let mut board = Board::idle();
+    let before = board.desk.settings().clone();
+    // In this order each but the last would be refused alone.
+    let shorter = [
+        (P::PositionLow, -0.2),
+        (P::PositionHigh, 0.2),
+        (P::SetpointLow, -0.2),
+        (P::SetpointHigh, 0.2),
+        (P::StaticFriction, 12.0),
+        (P::Coulomb, 10.0),
+        (P::Breakaway, 1.0e-5),
+    ];
+    let mut wrong = shorter.to_vec();
+    wrong.push((P::Coulomb, 15.0));
+    assert_eq!(at_once(&mut board, &wrong), refused_for(P::StaticFriction));
+    assert_eq!(board.desk.settings(), &before);
+    assert_eq!(at_once(&mut board, &shorter), Ok(Reply::Done));
+    for (parameter, value) in shorter {
+        assert_eq!(board.ask(Command::Get(parameter)), Ok(Reply::Value(value)));
+    }
+}
+
+#[test]
+fn a_change_that_is_not_finished_changes_nothing() {
+    let mut board = Board::idle();
+    let before = board.desk.settings().clone();
+    assert_eq!(board.ask(Command::Stage(Parameter::Gain, 5.0)), Err(Refusal::NotBegun));
+    assert_eq!(board.ask(Command::Begin), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Stage(Parameter::Gain, 5.0)), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Stage(Parameter::Gain, -1.0)), Err(Refusal::Parameter(ParameterError::Range)));
+    assert_eq!(board.desk.settings(), &before);
+    // Another change in between: the first one began from values that are gone.
+    assert_eq!(board.ask(Command::Set(Parameter::TelemetryEvery, 5.0)), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Apply), Err(Refusal::NotBegun));
+    board.run(200, at_rest);
+    // While running neither begins nor ends anything.
+    assert_eq!(board.ask(Command::Begin), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Begin), Err(Refusal::State));
+    assert_eq!(board.ask(Command::Apply), Err(Refusal::State));
+    assert_eq!(board.ask(Command::Get(Parameter::Gain)), Ok(Reply::Value(4.0)));
 }
 
 #[test]
@@ -269,7 +331,7 @@ fn a_tick_rate_for_the_next_start_must_fit_the_other_parameters_and_changes_noth
     let mut board = Board::idle();
     // At 10 kHz this is less than a tick can add to the velocity.
     assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.005)), Ok(Reply::Done));
-    let refused = Err(Refusal::Configuration);
+    let refused = refused_for(Parameter::SetpointAcceleration);
     assert_eq!(board.ask(Command::Set(Parameter::TickHz, 10_000.0)), refused);
     assert_eq!(board.ask(Command::Get(Parameter::TickHz)), Ok(Reply::Value(1000.0)));
     assert_eq!(board.ask(Command::Set(Parameter::SetpointAcceleration, 0.0)), Ok(Reply::Done));

@@ -30,6 +30,28 @@ fn with(parameter: Parameter, value: f32) -> Settings {
         P::Coulomb => vec![(P::StaticFriction, 1.0e6), (P::Breakaway, 0.0)],
         P::StaticFriction => vec![(P::Coulomb, 1.0e-6), (P::Breakaway, 0.0)],
         P::Breakaway => vec![(P::BristleStiffness, 1.0)],
+        P::PositionOffset => vec![(P::SetpointLow, value), (P::SetpointHigh, value)],
+        P::PositionGain => vec![(P::SetpointLow, 0.0), (P::SetpointHigh, 0.0)],
+        // One flow law, stated whole.
+        P::FillCoefficient | P::ExhaustCoefficient if value == 0.0 => vec![
+            (P::FillCoefficient, 0.0),
+            (P::ExhaustCoefficient, 0.0),
+            (P::FillConductance, 2.0e-8),
+            (P::ExhaustConductance, 2.0e-8),
+        ],
+        P::FillConductance | P::ExhaustConductance if value > 0.0 => vec![
+            (P::FillCoefficient, 0.0),
+            (P::ExhaustCoefficient, 0.0),
+            (P::FillConductance, 2.0e-8),
+            (P::ExhaustConductance, 2.0e-8),
+        ],
+        // The monitor follows a hose for 30 ticks only.
+        P::HoseALength | P::HoseADiameter if value > 0.0 => {
+            vec![(P::HoseALength, 1.0), (P::HoseADiameter, 0.004), (P::Monitor, 0.0)]
+        }
+        P::HoseBLength | P::HoseBDiameter if value > 0.0 => {
+            vec![(P::HoseBLength, 1.0), (P::HoseBDiameter, 0.004), (P::Monitor, 0.0)]
+        }
         _ => Vec::new(),
     };
     let mut settings = Settings::default();
@@ -67,7 +89,8 @@ fn a_board_takes_nothing_beyond_the_ranges_that_it_lists() {
 #[test]
 fn the_valve_that_the_board_compensates_is_one_that_the_rig_can_have() {
     for key in plant_model::RIG_KEYS.iter().filter(|key| key.table == "valve") {
-        let Some(parameter) = Parameter::from_name(key.name) else { panic!("{} cannot be set", key.path) };
+        let both = key.both_sides().unwrap_or(key);
+        let Some(parameter) = Parameter::from_name(both.name) else { panic!("{} cannot be set", key.path) };
         let limits = parameter.info().limits;
         assert!(key.limits.low <= limits.low && limits.high <= key.limits.high, "{}", key.path);
     }

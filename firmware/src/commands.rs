@@ -11,10 +11,11 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use firmware_core::{Action, Desk, Order, OrderOutcome, Scales};
 
+use crate::broken::{self, Fault};
 use crate::ring::Writer;
 use crate::sampling::{HOST_HEARD, ORDERS, SNAPSHOT};
 use crate::storage::{self, Store};
-use crate::{board, telemetry};
+use crate::{board, bootloader, telemetry};
 
 /// Rounds of this task; wraps. It goes round without a host, too.
 pub(crate) static ROUNDS: AtomicU32 = AtomicU32::new(0);
@@ -64,17 +65,21 @@ pub(crate) async fn command_task(mut task: CommandTask, serial: BufferedUart<'st
                         Admission::Answer(answer) => answer,
                         Admission::Execute(command) => {
                             let decision = task.desk.decide(command, &SNAPSHOT, bad_frames);
-                            let restart = matches!(decision, Ok(Action::Restart));
+                            let restart: Option<fn() -> !> = match decision {
+                                Ok(Action::Restart) => Some(board::reset),
+                                Ok(Action::Bootloader) => Some(bootloader::restart_into),
+                                _ => None,
+                            };
                             let result = task.carry_out(decision).await;
                             // A frame that is foreign, repeated or refused does not show that the host is in its right mind.
                             if result.is_ok() {
                                 HOST_HEARD.store(true, Ordering::Relaxed);
                             }
                             let answer = session.answered(result);
-                            if restart {
+                            if let Some(restart) = restart {
                                 send(&mut transmit, &answer).await;
                                 let _ = within(RESTART_ROUNDS, core::future::pending::<()>()).await;
-                                board::reset();
+                                restart();
                             }
                             answer
                         }
@@ -116,11 +121,13 @@ impl CommandTask {
     async fn carry_out(&mut self, decision: Result<Action, Refusal>) -> Result<Reply, Refusal> {
         match decision? {
             Action::Reply(reply) => Ok(reply),
-            Action::Restart => Ok(Reply::Done),
+            Action::Restart | Action::Bootloader => Ok(Reply::Done),
             Action::Order(order, outcome) => self.order(order, outcome).await,
             Action::Save => {
                 let store = self.store.as_mut().filter(|_| storage::two_banks()).ok_or(Refusal::Storage)?;
-                let saved = within(SAVE_ROUNDS, store.save(self.desk.settings())).await;
+                let saving = store.save(self.desk.settings());
+                let saved =
+                    if broken::is(Fault::UnfedSave) { Some(saving.await) } else { within(SAVE_ROUNDS, saving).await };
                 saved.and_then(Result::ok).ok_or(Refusal::Storage)?;
                 defmt::info!("parameters saved");
                 Ok(Reply::Done)

@@ -18,6 +18,10 @@
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod bootloader;
+#[cfg(target_os = "none")]
+mod broken;
+#[cfg(target_os = "none")]
 mod commands;
 #[cfg(target_os = "none")]
 mod faults;

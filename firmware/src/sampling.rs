@@ -6,10 +6,11 @@
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+use control::ExternalFaults;
 use cortex_m::peripheral::DWT;
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
-use firmware_core::{ControlLoop, Order, Record, Snapshot, Timing};
+use firmware_core::{ControlLoop, Order, OutputCheck, Record, Snapshot, Timing};
 
 use crate::board::{Sampler, Valve};
 use crate::faults::memory_corrupted;
@@ -39,6 +40,9 @@ struct Owned {
     orders: Reader<Order, ORDERS>,
     records: Writer<Record, RECORDS>,
     timing: Timing,
+    output: OutputCheck,
+    /// The code that the timer latches next.
+    written: u16,
 }
 
 /// Sums of what the interrupt owns, see `guard.rs`. Outside of it, and its alone. In bench mode they rest: the valve is at mid
@@ -107,12 +111,22 @@ pub(crate) fn start(
     let (order_in, orders) = ORDER_QUEUE.take().split();
     let (records, record_out) = RECORD_QUEUE.take().split();
     sampler.set_rate(tick_hz);
-    valve.set(control_loop.safe_code());
+    let written = control_loop.safe_code();
+    valve.set(written);
     valve.latch_with_tick();
     let timing = Timing::new(sampler.cycles_per_tick());
     // SAFETY: the interrupt is not enabled yet, see `OwnedCell`.
-    let owned =
-        unsafe { &mut *OWNED.0.get() }.insert(Owned { sampler, valve, air, control_loop, orders, records, timing });
+    let owned = unsafe { &mut *OWNED.0.get() }.insert(Owned {
+        sampler,
+        valve,
+        air,
+        control_loop,
+        orders,
+        records,
+        timing,
+        output: OutputCheck::default(),
+        written,
+    });
     SUMS.note_order(owned);
     SUMS.note(owned);
     owned.sampler.start();
@@ -124,14 +138,17 @@ fn ADC1_2() {
     let entry = DWT::cycle_count();
     // SAFETY: see `OwnedCell`.
     let Some(owned) = (unsafe { &mut *OWNED.0.get() }) else { return };
-    if !SUMS.fit(owned) {
-        memory_corrupted();
-    }
+    // First what the next conversion would overwrite. No code comes of it before the sums are found right.
     let sequence = owned.sampler.read();
     count(&SAMPLED);
     let sampled = DWT::cycle_count();
+    if !SUMS.fit(owned) {
+        memory_corrupted();
+    }
 
     let faults = owned.timing.begin(sampled, sequence.since_update, sequence.mixed);
+    let valve_output = owned.output.faulty(owned.written, owned.valve.seen(), faults.late_tick);
+    let faults = ExternalFaults { valve_output, ..faults };
     SNAPSHOT.count_faults(&faults);
     let host_heard = HOST_HEARD.load(Ordering::Relaxed);
     if host_heard {
@@ -144,6 +161,7 @@ fn ADC1_2() {
     let tick = owned.control_loop.tick(sequence.codes, faults, host_heard);
     let controlled = DWT::cycle_count();
     owned.valve.set(tick.valve);
+    owned.written = tick.valve;
     let written = DWT::cycle_count();
     owned.air.set_level(owned.control_loop.air_allowed().into());
     owned.timing.end(owned.sampler.overran());

@@ -8,6 +8,7 @@ use firmware_core::{ControlLoop, Desk, Loaded, Scales, Settings};
 use static_cell::ConstStaticCell;
 
 use crate::board::{self, ResetCause, SerialBuffers};
+use crate::bootloader;
 use crate::commands::{CommandTask, command_task};
 use crate::faults::{self, FaultKind, PreviousFault};
 use crate::sampling;
@@ -17,6 +18,7 @@ use crate::telemetry::telemetry_task;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    bootloader::enter_if_asked();
     // Until here the pin was high impedance, and the output stage held the valve at mid.
     board::valve_to_mid_at_once();
     board::start_watchdog();

@@ -36,6 +36,10 @@ fuzz_target!(|bytes: &[u8]| {
     let p = Parameters {
         position_range_m: d.position_range_m.map(|x| bytes.number(x)),
         pressure_range_pa: d.pressure_range_pa.map(|x| bytes.number(x)),
+        position_offset_m: bytes.number(0.0),
+        position_gain: bytes.number(1.0),
+        pressure_b_offset_pa: bytes.number(0.0),
+        supply_gain: bytes.number(1.0),
         adc_bits: 8 + bytes.byte() % 10,
         valve_range_v: d.valve_range_v.map(|x| bytes.number(x)),
         dac_bits: 8 + bytes.byte() % 10,
@@ -86,6 +90,7 @@ fuzz_target!(|bytes: &[u8]| {
                 late_tick: flags & 64 != 0,
                 overrun: flags & 128 != 0,
                 model_disagreement: false,
+                valve_output: false,
             },
         };
         for _ in 0..1 + bytes.byte() % 64 {

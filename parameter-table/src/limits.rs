@@ -57,7 +57,7 @@ impl Row {
         let refused = match value {
             Value::Absent if limits.optional => None,
             Value::Absent => Some(f64::NAN),
-            Value::Flag(_) => None,
+            Value::Flag(_) | Value::Choice(..) => None,
             Value::Number(number) => Some(number).filter(|x| !limits.contains(*x)).map(f64::from),
             Value::Pair([first, second]) => {
                 let distance = f64::from(second) - f64::from(first);

@@ -23,6 +23,8 @@ pub enum Value {
     Number(f32),
     /// Two numbers, the lower first.
     Pair([f32; 2]),
+    /// One of several words, by its place.
+    Choice(u8, &'static [&'static str]),
 }
 
 impl fmt::Display for Value {
@@ -32,18 +34,22 @@ impl fmt::Display for Value {
             Self::Absent => f.write_str("absent"),
             Self::Flag(flag) => write!(f, "{flag}"),
             Self::Number(number) => write!(f, "{}", Short(*number)),
+            Self::Choice(place, words) => {
+                write!(f, "\"{}\"", words.get(usize::from(*place)).copied().unwrap_or_default())
+            }
             Self::Pair([first, second]) => write!(f, "[{}, {}]", Short(*first), Short(*second)),
         }
     }
 }
 
 impl Value {
-    /// One number of it: flags are 0 or 1, and an absent number is 0.
+    /// One number of it: flags are 0 or 1, a word counts from 0, and an absent number is 0.
     #[must_use]
     pub fn number(self, end: End) -> f32 {
         match (self, end) {
             (Self::Absent, _) => 0.0,
             (Self::Flag(flag), _) => f32::from(u8::from(flag)),
+            (Self::Choice(place, _), _) => f32::from(place),
             (Self::Number(number), _)
             | (Self::Pair([number, _]), End::First)
             | (Self::Pair([_, number]), End::Second) => number,

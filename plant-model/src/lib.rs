@@ -22,10 +22,12 @@ mod coefficients;
 mod command_path;
 pub mod dead_zone;
 pub mod effects;
+mod equilibrium;
 mod flow;
 pub mod friction;
 pub mod hose;
 mod measurement;
+mod opening;
 mod opening_table;
 mod plant;
 mod real;
@@ -38,9 +40,11 @@ mod stepper;
 pub mod valve_flow;
 
 pub use coefficients::{Coefficients, ValvePaths};
+pub use effects::opening_curve::OpeningParabola;
 pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
 pub use measurement::Measurement;
-pub use opening_table::{OPENING_POINTS, OpeningCurve, OpeningTable};
+pub use opening::OpeningCurve;
+pub use opening_table::{OPENING_POINTS, OpeningPoints, OpeningTable};
 pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{

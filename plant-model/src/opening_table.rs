@@ -117,11 +117,9 @@ impl<R: Real> OpeningTable<R> {
     }
 }
 
-/// A table as the plant uses it: openings in rad over the effective command, which the dead zone makes of the command.
-///
-/// A fully open valve counts as π/2, the paper's limit of `atan(2 w)`: coefficients keep their meaning.
+/// A table as the plant uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OpeningCurve<R> {
+pub struct OpeningPoints<R> {
     /// Distance beyond the end of flow in V and magnitude in rad, both positive and rising: first those of positive
     /// commands, then those of negative ones.
     points: [[R; 2]; OPENING_POINTS],
@@ -129,7 +127,7 @@ pub struct OpeningCurve<R> {
     count: u8,
 }
 
-impl<R: Real> OpeningCurve<R> {
+impl<R: Real> OpeningPoints<R> {
     /// `None` without a table.
     pub(crate) fn of(table: &OpeningTable<R>) -> Option<Self> {
         if table.is_empty() {
@@ -185,7 +183,7 @@ mod tests {
     fn the_opening_passes_through_every_point_and_is_continuous_over_the_whole_range() {
         let table = OpeningTable::new(&POINTS).unwrap();
         assert_eq!(table.closed_v(), [-0.4, 0.5]);
-        let curve = OpeningCurve::of(&table).unwrap();
+        let curve = OpeningPoints::of(&table).unwrap();
         let opening = |u: f64| {
             let w = if u > 0.5 {
                 u - 0.5

@@ -7,7 +7,7 @@ use crate::effects::{Added, ChamberFlow, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
 use crate::hose::{self, Hose};
 use crate::measurement::Measurement;
-use crate::opening_table::OpeningCurve;
+use crate::opening::OpeningCurve;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
 use crate::valve_flow::{Opening, Orifices};
@@ -180,10 +180,8 @@ impl<R: Real> Plant<R> {
                 [v.fill_critical_ratio_b, v.exhaust_critical_ratio_b],
             ),
         };
-        // The conductance is that of the fully open valve, whose opening is pi/2.
-        let per_rad =
-            |sonic| hose::mass_conductance(sonic, rig.gas.temperature_k) * R::of(core::f64::consts::FRAC_2_PI);
-        ValvePaths { fill: per_rad(fill), exhaust: per_rad(exhaust), critical_ratios: Some(ratios), hose }
+        let [fill, exhaust] = [fill, exhaust].map(|sonic| rig.sonic_flow_per_rad(sonic));
+        ValvePaths { fill, exhaust, critical_ratios: Some(ratios), hose }
     }
 
     fn assemble(rig: &Rig<R>, model: Coefficients<R>, added: Added<R>) -> Self {
@@ -203,7 +201,7 @@ impl<R: Real> Plant<R> {
         Self {
             orifices_a,
             orifices_b,
-            curve: OpeningCurve::of(&rig.opening),
+            curve: added.opening_curve.curve.map(OpeningCurve::Parabola).or_else(|| OpeningCurve::of(&rig.opening)),
             weight_n,
             lugre: LuGre {
                 stiffness: model.stiffness,
@@ -441,39 +439,6 @@ impl<R: Real> Plant<R> {
     #[must_use]
     pub fn line_delay_s(&self) -> R {
         self.added.line_delay.delay_s + self.model.hose_delay_s
-    }
-
-    /// The chamber pressures A and B in Pa absolute at which the piston is balanced without friction and slow motion lets
-    /// as much air in as out: the mean of both directions. Below a supply that cannot carry the load, the nearest to it.
-    #[must_use]
-    pub fn equilibrium_pressures_pa(&self) -> [R; 2] {
-        let m = &self.model;
-        let (supply, atmosphere) = (m.supply_pa, m.atmosphere_pa);
-        // At a small opening, where hoses hold nothing back.
-        let magnitude = R::of(0.01);
-        let balanced_b = |p_a: R| {
-            let p_b = atmosphere + (m.area_a_m2 * (p_a - atmosphere) - self.weight_n) / m.area_b_m2;
-            p_b.limit(atmosphere, supply)
-        };
-        // Speed at which a chamber's flow lets the piston move, up to a factor.
-        let speed = |side: Side, filling: bool, p: R| {
-            let flow = self.orifices(side).inflow(filling, magnitude, p, supply, atmosphere).mass_flow;
-            flow / (p * self.area_m2(side))
-        };
-        let [mut sum_a, mut sum_b] = [R::ZERO; 2];
-        for fills_a in [true, false] {
-            let (mut low, mut high) = (atmosphere, supply);
-            for _ in 0..48 {
-                let p_a = R::HALF * (low + high);
-                // Both fall as the pressures rise: what flows in less, what flows out more.
-                let surplus = speed(Side::A, fills_a, p_a) + speed(Side::B, !fills_a, balanced_b(p_a));
-                if surplus > R::ZERO { low = p_a } else { high = p_a }
-            }
-            let p_a = R::HALF * (low + high);
-            sum_a += R::HALF * p_a;
-            sum_b += R::HALF * balanced_b(p_a);
-        }
-        [sum_a, sum_b]
     }
 
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.

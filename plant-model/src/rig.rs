@@ -3,8 +3,8 @@
 //! The table in this file is the only place where a key, its unit, its value in the paper's case (a), its range and its
 //! meaning are stated: structs, checks, rig file, tolerances and the board's parameters are made of it.
 
+use crate::hose;
 use crate::opening_table::{OPENING_POINTS, OpeningTable};
-use crate::plant::Plant;
 use crate::real::Real;
 pub use parameter_table::{Limits, Must, ParameterError};
 
@@ -499,26 +499,6 @@ impl<R: Real> Rig<R> {
         Rig::from_numbers(&self.numbers().map(|value| S::of(value.to_f64())))
     }
 
-    /// The pressures that chambers A and B settle at in slow motion, where the valve's filling and exhausting flows balance,
-    /// Pa absolute; with equal areas and the paper's flow law, level, both are
-    /// `p* = (beta_fill p_sup + beta_exh p_atm) / (beta_fill + beta_exh)`, 3.618 bar for Table 1.
-    #[must_use]
-    pub fn equilibrium_pressures_pa(&self) -> [R; 2] {
-        let even = self.cylinder.area_a_m2 == self.cylinder.area_b_m2 && self.load.inclination_deg == R::ZERO;
-        if self.follows_iso6358() || !even {
-            return Plant::unchecked(self).equilibrium_pressures_pa();
-        }
-        let (fill, exhaust) = (self.valve.fill_coefficient_kg_per_s_pa, self.valve.exhaust_coefficient_kg_per_s_pa);
-        [(fill * self.supply.pressure_pa + exhaust * self.supply.atmosphere_pa) / (fill + exhaust); 2]
-    }
-
-    /// The mean of [`Rig::equilibrium_pressures_pa`].
-    #[must_use]
-    pub fn equilibrium_pressure_pa(&self) -> R {
-        let [a, b] = self.equilibrium_pressures_pa();
-        mean(a, b)
-    }
-
     /// Coefficients of the paper's linear law for filling and exhausting, kg/(s Pa); for a valve of ISO 6358 those of the
     /// same flow at full opening and full pressure drop, mean of both sides.
     #[must_use]
@@ -526,9 +506,19 @@ impl<R: Real> Rig<R> {
         if !self.follows_iso6358() {
             return [self.valve.fill_coefficient_kg_per_s_pa, self.valve.exhaust_coefficient_kg_per_s_pa];
         }
-        let c = *Plant::unchecked(self).coefficients();
-        let drop = (c.supply_pa - c.atmosphere_pa) / c.supply_pa;
-        [mean(c.valve_a.fill, c.valve_b.fill) / drop, mean(c.valve_a.exhaust, c.valve_b.exhaust) / drop]
+        let valve = &self.valve;
+        let drop = (self.supply.pressure_pa - self.supply.atmosphere_pa) / self.supply.pressure_pa;
+        let per_rad = |a, b| mean(self.sonic_flow_per_rad(a), self.sonic_flow_per_rad(b)) / drop;
+        [
+            per_rad(valve.fill_conductance_a_m3_per_s_pa, valve.fill_conductance_b_m3_per_s_pa),
+            per_rad(valve.exhaust_conductance_a_m3_per_s_pa, valve.exhaust_conductance_b_m3_per_s_pa),
+        ]
+    }
+
+    /// Choked mass flow per Pa of upstream pressure and rad of opening, kg/(s Pa rad), of a path with sonic conductance
+    /// `C` of ISO 6358 in m3/(s Pa): the conductance is that of the fully open valve, whose opening is pi/2.
+    pub(crate) fn sonic_flow_per_rad(&self, conductance: R) -> R {
+        hose::mass_conductance(conductance, self.gas.temperature_k) * R::of(core::f64::consts::FRAC_2_PI)
     }
 }
 

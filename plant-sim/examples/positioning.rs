@@ -1,15 +1,14 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
-//! `cargo run --release -p plant-sim --example positioning [abc] [draws=200] [first=0] [trace=45]
-//! [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
+//! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
+//! [streams=0] [noise=1] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
 //! DAC over ±5 V, 1 kHz, output one tick late.
 
-use plant_model::{Effect, Effects, Rig};
-use plant_sim::servo::bench::{Bench, Move, sine, step};
-use plant_sim::servo::{Servo, Tuning};
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{RngExt, SeedableRng};
+use plant_model::Rig;
+use plant_sim::servo::Tuning;
+use plant_sim::servo::bench::{Driver, Lost, Move, sine, step};
+use plant_sim::servo::trials::{Wave, bench, random_moves, stream};
 use rayon::prelude::*;
 
 const LAG_S: f64 = 1.7e-3;
@@ -26,50 +25,21 @@ fn nominal(case: char) -> (Rig<f64>, f64) {
     (rig, longest)
 }
 
-/// A rig unlike its nominal values.
-fn draw(nominal: &Rig<f64>, seed: u64) -> (Rig<f64>, Effects<f64>) {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0xD2A3);
-    let mut within = |part: f64| 1.0 + part * (2.0 * rng.random::<f64>() - 1.0);
-    let mut rig = *nominal;
-    rig.load.mass_kg *= within(0.3);
-    let friction = within(0.5);
-    for value in [
-        &mut rig.friction.coulomb_n,
-        &mut rig.friction.static_n,
-        &mut rig.friction.viscous_n_s_per_m,
-        &mut rig.friction.breakaway_m,
-    ] {
-        *value *= friction;
-    }
-    rig.valve.dead_zone_right_v *= within(0.2);
-    rig.valve.dead_zone_left_v *= within(0.2);
-    rig.supply.pressure_pa *= within(0.15);
-    let mut effects = Effects::none()
-        .with(Effect::ValveLag, &[0.5e-3 + 4.5e-3 * rng.random::<f64>()])
-        .with(Effect::ValveHysteresis, &[20e-3 * rng.random::<f64>()]);
-    if rng.random::<bool>() {
-        effects.set(Effect::ChokedFlow, &[0.2 + 0.2 * rng.random::<f64>(), 0.3 + 0.4 * rng.random::<f64>()]);
-    }
-    if rng.random::<bool>() {
-        for leak in [Effect::LeakChamberA, Effect::LeakChamberB, Effect::LeakCrossPiston] {
-            effects.set(leak, &[2.0e-10 * rng.random::<f64>()]);
-        }
-    }
-    (rig, effects)
-}
-
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let value =
         |name: &str| arguments.iter().find_map(|a| a.strip_prefix(name)?.strip_prefix('=')?.parse::<f64>().ok());
-    let cases = arguments.iter().find(|a| !a.contains('=')).map_or("abc", String::as_str);
+    let in_tick = arguments.iter().any(|a| a == "tick");
+    let cases = arguments.iter().find(|a| !a.contains('=') && *a != "tick").map_or("abc", String::as_str);
     let seeds = value("seeds").unwrap_or(20.0) as u64;
     let draws = value("draws").unwrap_or(200.0) as u64;
     let first = value("first").unwrap_or(0.0) as u64;
     let noise = value("noise").unwrap_or(1.0);
+    let tick_s = 1.0 / value("hz").unwrap_or(1000.0);
+    let lost = [Lost::None, Lost::A, Lost::Both][value("lost").unwrap_or(0.0) as usize % 3];
     for case in cases.chars() {
         let (rig, longest) = nominal(case);
-        let mut tuning = Tuning::of(&rig, LAG_S, 1e-3);
+        let mut tuning = Tuning::of(&rig, LAG_S, tick_s);
         for (name, place) in [
             ("w", &mut tuning.law_w),
             ("wo", &mut tuning.observer_w),
@@ -83,31 +53,35 @@ fn main() {
             ("sv", &mut tuning.stick_speed),
             ("he", &mut tuning.hold_m[0]),
             ("hs", &mut tuning.hold_speed),
+            ("hf", &mut tuning.hold_force),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }
+        tuning.hold_m[1] *= value("hl").unwrap_or(1.0);
+        tuning.coast_ticks = value("jt").map_or(tuning.coast_ticks, |ticks| ticks as u32);
         tuning.stick_ticks = value("st").map_or(tuning.stick_ticks, |ticks| ticks as u32);
         tuning.coulomb_start = value("fc0").unwrap_or(tuning.coulomb_start);
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {
             *rate = value(name).unwrap_or(*rate);
         }
-        let tuning = tuning.finished();
-        let servo = Servo::new(&rig, tuning);
-        let study = Effects::none().with(Effect::ValveLag, &[LAG_S]);
+        let on = |drawn: bool, seed: u64| {
+            let bench = bench(&rig, tuning, drawn, noise, seed, lost);
+            if in_tick { bench.with_tick(Driver::Tick) } else { bench }
+        };
+        let ticks = (2.5 / tick_s) as u32;
         println!(
             "case {case}: w {:.1}, V {:.3}, A {:.2}, J {:.1}",
             tuning.law_w, tuning.limits.speed, tuning.limits.acceleration, tuning.limits.jerk
         );
         if let Some(mm) = value("trace") {
             let seed = value("seed").map_or(1, |s| s as u64);
-            let (drawn, effects) = if value("seed").is_some() { draw(&rig, seed) } else { (rig, study) };
-            let mut bench = Bench::new(&drawn, &effects, servo.clone(), noise, seed).expect("a valid rig");
+            let mut bench = on(value("drawn").is_some(), seed);
             for tick in 0..value("ticks").unwrap_or(1000.0) as u32 {
                 let (y, _) = bench.tick(mm * 1e-3);
                 if tick % value("every").unwrap_or(10.0) as u32 == 0 {
                     let (s, e, state) = (&bench.servo, &bench.servo.estimate, bench.state());
                     println!(
-                        "{tick:5} y {:9.4} r {:9.4} v {:8.4} v^ {:8.4} vr {:8.4} a^ {:7.2} ar {:7.2} F {:7.2} F^ {:7.2} d {:7.2} z {:6.1} fc {:5.1} g {:4.2} {:4.2} zone {:5.3} {:5.3} u {:6.3} {}",
+                        "{tick:5} y {:9.4} r {:9.4} v {:8.4} v^ {:8.4} vr {:8.4} a^ {:7.2} ar {:7.2} F {:7.2} F^ {:7.2} d {:7.2} z {:6.1} fc {:5.1} g {:4.2} {:4.2} zone {:5.3} {:5.3} codes {:?} {}",
                         y * 1e3,
                         s.motion.y * 1e3,
                         state.v_m_per_s,
@@ -115,16 +89,16 @@ fn main() {
                         s.motion.v,
                         e.a,
                         s.motion.a,
-                        drawn.cylinder.mean_area_m2() * (state.p_a_pa - state.p_b_pa),
+                        rig.cylinder.mean_area_m2() * (state.p_a_pa - state.p_b_pa),
                         e.force,
                         e.disturbance,
                         e.bristle * 1e6,
-                        s.coulomb,
+                        s.body.coulomb,
                         s.valve.gain[0],
                         s.valve.gain[1],
                         s.valve.right,
                         s.valve.left,
-                        bench.command_v(),
+                        bench.codes,
                         if s.hold.on { "hold" } else { "" }
                     );
                 }
@@ -133,12 +107,8 @@ fn main() {
         }
         println!("  move mm | settled mean / worst s | overshoot mm | rest error um | peak um | changes");
         for target in [1e-3, 0.045, longest] {
-            let runs: Vec<Move> = (first..first + seeds)
-                .into_par_iter()
-                .map(|seed| {
-                    step(&mut Bench::new(&rig, &study, servo.clone(), noise, seed).expect("a valid rig"), target, 2500)
-                })
-                .collect();
+            let runs: Vec<Move> =
+                (first..first + seeds).into_par_iter().map(|seed| step(&mut on(false, seed), target, ticks)).collect();
             let worst = |of: fn(&Move) -> f64| runs.iter().map(of).fold(0.0, f64::max);
             println!(
                 "  {:7.0} | {:.3} / {:.3} | {:.3} | {:.0} | {:.1} | {:.0}",
@@ -152,16 +122,10 @@ fn main() {
             );
         }
         let amplitude = if case == 'c' { 0.03 } else { 0.05 };
-        let (peak, rms) =
-            sine(&mut Bench::new(&rig, &study, servo.clone(), noise, 1).expect("a valid rig"), amplitude, 0.5);
+        let (peak, rms) = sine(&mut on(false, 1), amplitude, 0.5);
         println!("  sine 0.5 Hz, {:.0} mm: peak {:.2} mm, rms {:.2} mm", amplitude * 1e3, peak * 1e3, rms * 1e3);
-        let runs: Vec<Move> = (first..first + draws)
-            .into_par_iter()
-            .map(|seed| {
-                let (rig, effects) = draw(&rig, seed);
-                step(&mut Bench::new(&rig, &effects, servo.clone(), noise, seed).expect("a valid rig"), 0.045, 2500)
-            })
-            .collect();
+        let runs: Vec<Move> =
+            (first..first + draws).into_par_iter().map(|seed| step(&mut on(true, seed), 0.045, ticks)).collect();
         if draws > 0 {
             let share = |good: &dyn Fn(&Move) -> bool| {
                 100.0 * runs.iter().filter(|run| good(run)).count() as f64 / draws as f64
@@ -185,6 +149,78 @@ fn main() {
                         run.changes
                     );
                 }
+            }
+        }
+        let moved = value("moves").unwrap_or(0.0) as u64;
+        if moved > 0 {
+            // The longest move takes about a second.
+            let range = match case {
+                'a' => 0.15,
+                'b' => 0.1,
+                _ => 0.07,
+            };
+            let runs: Vec<_> = (first..first + moved)
+                .into_par_iter()
+                .map(|seed| {
+                    let mut bench = on(true, seed);
+                    let run = random_moves(&mut bench, 50, range, seed);
+                    if value("list").is_some() {
+                        let (servo, (drawn, effects)) = (&bench.servo, plant_sim::servo::trials::draw(&rig, seed));
+                        println!(
+                            "    {seed}: late {} noisy {} lag {:.1} fc {:.2} vis {:.2} (true {:.2}) gains {:.2?} zones {:.3} {:.3} (true {:.3} {:.3}) M {:.2} (true {:.2}) lag (true {:.1})",
+                            run.settled_s.iter().filter(|t| t.is_infinite()).count(),
+                            run.changes.iter().filter(|n| **n > 0).count(),
+                            servo.lag.seconds * 1e3,
+                            servo.body.coulomb / rig.friction.coulomb_n,
+                            servo.body.viscous / tuning.viscous,
+                            drawn.friction.coulomb_n / rig.friction.coulomb_n,
+                            servo.valve.gain,
+                            servo.valve.right,
+                            servo.valve.left,
+                            drawn.valve.dead_zone_right_v,
+                            drawn.valve.dead_zone_left_v,
+                            servo.body.mass / rig.load.mass_kg,
+                            drawn.load.mass_kg / rig.load.mass_kg,
+                            effects.get(plant_model::Effect::ValveLag).map_or(0.0, |lag| lag[0] * 1e3),
+                        );
+                    }
+                    run
+                })
+                .collect();
+            let times: Vec<f64> = runs.iter().flat_map(|run| run.settled_s.iter().copied()).collect();
+            let late = times.iter().filter(|time| time.is_infinite()).count();
+            let whole = runs.iter().filter(|run| run.settled_s.iter().all(|time| time.is_finite())).count();
+            let silent = runs.iter().flat_map(|run| &run.changes).filter(|changes| **changes == 0).count();
+            let within =
+                |limit: f64| 100.0 * times.iter().filter(|time| **time <= limit).count() as f64 / times.len() as f64;
+            println!(
+                "  {moved} draws x 50 random moves: {late} of {} not settled within 2 s, {whole} draws without such; within 0.6 s {:.1} %, within 1 s {:.1} %; valve silent in the last second of {:.1} %",
+                times.len(),
+                within(0.6),
+                within(1.0),
+                100.0 * silent as f64 / times.len() as f64,
+            );
+        }
+        let streams = value("streams").unwrap_or(0.0) as u64;
+        if streams > 0 {
+            let waves = Wave::all(rig.cylinder.stroke_m);
+            let runs: Vec<(usize, u64, (f64, f64))> = (0..waves.len() as u64 * streams)
+                .into_par_iter()
+                .map(|n| {
+                    let (wave, seed) = ((n / streams) as usize, first + n % streams);
+                    // Seed 0 is the nominal rig.
+                    (wave, seed, stream(&mut on(n % streams != 0, seed), waves[wave], seed))
+                })
+                .collect();
+            let far = runs.iter().map(|run| run.2.0).fold(0.0, f64::max);
+            let late = runs.iter().filter(|run| run.2.1.is_infinite()).count();
+            println!(
+                "  {} streams on {streams} rigs: farthest {far:.2} times the amplitude; {late} of {} not at rest within 2 s after",
+                waves.len(),
+                runs.len()
+            );
+            for (wave, seed, (far, rest)) in runs.iter().filter(|run| run.2.0 > 1.5 || run.2.1.is_infinite()) {
+                println!("    {:?} on {seed}: {far:.2}, rest {rest:.2} s", waves[*wave]);
             }
         }
     }

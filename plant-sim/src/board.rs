@@ -63,10 +63,16 @@ impl std::fmt::Display for BoardError {
                 }
                 Refusal::Generator(GeneratorError::Time) => "refused: a period outside 0.01 … 3600 s",
                 Refusal::Generator(GeneratorError::Amplitude) => "refused: a negative amplitude",
-                Refusal::Configuration => {
-                    "refused: the value does not fit the other parameters (ends of ranges crossed, \
-                                           static friction below Coulomb friction, …)"
+                Refusal::Configuration(Some(key)) => {
+                    let name = key.name();
+                    return write!(
+                        f,
+                        "refused: the parameters would not fit together; `{name}` stands in the way (`get {name}` shows its \
+                         value), change both at once"
+                    );
                 }
+                Refusal::Configuration(None) => "refused: the parameters would not fit together",
+                Refusal::NotBegun => "refused: the change was interrupted; nothing of it took effect, begin anew",
                 Refusal::Storage => "flash could not be written; what was saved before is still there",
                 Refusal::Busy => "the control loop did not take the order; is it running? (`status`, ticks)",
             }),
@@ -107,12 +113,25 @@ impl<P: Read + Write> Client<P> {
         answer.result.map_err(BoardError::Refused)
     }
 
-    fn exchange(&mut self, command: Command) -> Result<Response, BoardError> {
+    /// Asks, and does not wait for the answer: it is passed over when it comes.
+    ///
+    /// # Errors
+    /// The line broke.
+    pub fn post(&mut self, command: Command) -> Result<(), BoardError> {
+        self.sequence += 1;
+        self.send(command)
+    }
+
+    fn send(&mut self, command: Command) -> Result<(), BoardError> {
         let request = Request { version: PROTOCOL_VERSION, session: self.session, sequence: self.sequence, command };
         let mut buffer = [0; FRAME_BYTES];
         let frame = encode(&request, &mut buffer).map_err(|_| BoardError::Unexpected)?;
+        self.port.write_all(frame).and_then(|()| self.port.flush()).map_err(|e| BoardError::Line(e.to_string()))
+    }
+
+    fn exchange(&mut self, command: Command) -> Result<Response, BoardError> {
         for _ in 0..ATTEMPTS {
-            self.port.write_all(frame).and_then(|()| self.port.flush()).map_err(|e| BoardError::Line(e.to_string()))?;
+            self.send(command)?;
             if let Some(response) = self.listen()? {
                 return Ok(response);
             }

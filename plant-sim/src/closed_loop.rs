@@ -136,12 +136,10 @@ pub struct ClosedLoop {
     sensors: [SensorChannel; 4],
     noisy: bool,
     valve: Converter,
-    safe_v: f64,
     tick_s: f64,
     ticks: u64,
     rng: Xoshiro256PlusPlus,
     delay: OutputDelay,
-    disturbance_n: f64,
 }
 
 impl ClosedLoop {
@@ -180,7 +178,6 @@ impl ClosedLoop {
             sensors: channels(io, &noise),
             noisy: settings.noise != ConversionNoise::NONE,
             valve,
-            safe_v,
             tick_s: io.tick_s(),
             ticks: 0,
             rng: Xoshiro256PlusPlus::seed_from_u64(settings.seed),
@@ -189,7 +186,6 @@ impl ClosedLoop {
                 oldest: 0,
                 pending_v: [safe_v; MOST_DELAY_TICKS as usize],
             },
-            disturbance_n: 0.0,
         })
     }
 
@@ -227,17 +223,11 @@ impl ClosedLoop {
     fn finish(&mut self, adc: [u16; 4], dac: u16, mode: Mode, disagreement: bool) -> LoopRecord {
         let plant = *self.simulator.state();
         let u_v = self.delay.pass(self.valve.quantity(u32::from(dac)));
-        let mut inputs = self.simulator.plant().inputs(u_v);
-        inputs.external_force_n = self.disturbance_n;
+        let inputs = self.simulator.plant().inputs(u_v);
         self.simulator.advance_with(&inputs, self.tick_s);
         let t_s = self.ticks as f64 * self.tick_s;
         self.ticks += 1;
         LoopRecord { t_s, adc, dac, mode, disagreement, u_v, plant }
-    }
-
-    /// Pushes the piston with a force in N, positive along +y, until told otherwise.
-    pub fn disturb(&mut self, force_n: f64) {
-        self.disturbance_n = force_n;
     }
 
     /// The true position now, m.
@@ -250,17 +240,6 @@ impl ClosedLoop {
     #[must_use]
     pub fn simulator(&self) -> &Simulator<f64> {
         &self.simulator
-    }
-
-    /// The simulated rig, to put it into another state.
-    pub fn simulator_mut(&mut self) -> &mut Simulator<f64> {
-        &mut self.simulator
-    }
-
-    /// The voltage of the controller's safe state, V.
-    #[must_use]
-    pub fn safe_voltage_v(&self) -> f64 {
-        self.safe_v
     }
 
     /// Duration of a tick, s.

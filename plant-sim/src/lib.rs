@@ -19,6 +19,7 @@
 pub mod board;
 pub mod charts;
 pub mod closed_loop;
+pub mod commission;
 pub mod datasheet;
 pub mod emulated;
 pub mod gap;
@@ -34,6 +35,7 @@ pub mod servo;
 pub mod stdio;
 pub mod sweep;
 pub mod telemetry;
+pub mod update;
 
 pub use rig_files::controller;
 

@@ -1,9 +1,9 @@
 //! A closed-loop run kept tick by tick, for plots and logs.
 
-use crate::closed_loop::{ClosedLoop, LoopError, LoopSettings};
+use crate::closed_loop::{ClosedLoop, LoopError, LoopRecord, LoopSettings};
 use crate::metrics::{StepMetrics, StepObserver};
 use control::{Mode, Parameters};
-use rig_files::{Column, Log, RigFile};
+use rig_files::{Column, Io, Log, RigFile};
 
 /// Everything a run showed, one entry per tick.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,31 +51,35 @@ impl Recording {
         setpoint_m: impl Fn(f64) -> f64,
     ) -> Result<Self, LoopError> {
         let mut positioner = ClosedLoop::new(rig, parameters, settings)?;
-        let (position, pressure) = (rig.io.position(), rig.io.pressure());
         let mut kept = Self::default();
         for tick in 0..ticks {
             let y_ref_m = setpoint_m(tick as f64 * positioner.tick_s());
-            let seen = positioner.tick(y_ref_m);
-            kept.t_s.push(seen.t_s);
-            kept.y_ref_m.push(y_ref_m);
-            kept.y_m.push(seen.plant.y_m);
-            kept.v_m_per_s.push(seen.plant.v_m_per_s);
-            kept.p_a_pa.push(seen.plant.p_a_pa);
-            kept.p_b_pa.push(seen.plant.p_b_pa);
-            kept.z_m.push(seen.plant.z_m);
-            kept.u_v.push(seen.u_v);
-            kept.y_read_m.push(position.quantity(u32::from(seen.adc[0])));
-            for (read, code) in kept.p_read_pa.iter_mut().zip(&seen.adc[1..]) {
-                read.push(pressure.quantity(u32::from(*code)));
-            }
-            kept.adc_position.push(f64::from(seen.adc[0]));
-            kept.dac.push(f64::from(seen.dac));
-            kept.mode = seen.mode;
-            if seen.disagreement {
-                kept.contradicted_s.get_or_insert(seen.t_s);
-            }
+            kept.push(&rig.io, y_ref_m, &positioner.tick(y_ref_m));
         }
         Ok(kept)
+    }
+
+    /// Appends a tick.
+    pub fn push(&mut self, io: &Io, y_ref_m: f64, seen: &LoopRecord) {
+        let (position, pressure) = (io.position(), io.pressure());
+        self.t_s.push(seen.t_s);
+        self.y_ref_m.push(y_ref_m);
+        self.y_m.push(seen.plant.y_m);
+        self.v_m_per_s.push(seen.plant.v_m_per_s);
+        self.p_a_pa.push(seen.plant.p_a_pa);
+        self.p_b_pa.push(seen.plant.p_b_pa);
+        self.z_m.push(seen.plant.z_m);
+        self.u_v.push(seen.u_v);
+        self.y_read_m.push(position.quantity(u32::from(seen.adc[0])));
+        for (read, code) in self.p_read_pa.iter_mut().zip(&seen.adc[1..]) {
+            read.push(pressure.quantity(u32::from(*code)));
+        }
+        self.adc_position.push(f64::from(seen.adc[0]));
+        self.dac.push(f64::from(seen.dac));
+        self.mode = seen.mode;
+        if seen.disagreement {
+            self.contradicted_s.get_or_insert(seen.t_s);
+        }
     }
 
     /// The figures of the recorded step from rest to `target_m`.

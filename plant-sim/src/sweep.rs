@@ -2,7 +2,7 @@
 
 use crate::closed_loop::{ClosedLoop, LoopError, LoopSettings};
 use crate::metrics::{StepMetrics, StepObserver};
-use control::Parameters;
+use control::{LawChoice, Parameters};
 use plant_model::Effect;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
@@ -206,7 +206,7 @@ fn set_up(base: &Base, keys: &[Key], job: &Job) -> Result<(ClosedLoop, f64), Loo
                 values[*place] = value;
                 rig.effects.set(*effect, &values);
             }
-            Key::Gain => parameters.gain_v_per_m = value as f32,
+            Key::Gain => (parameters.law, parameters.gain_v_per_m) = (LawChoice::Paper, value as f32),
             Key::Target => target_m = value,
         }
     }

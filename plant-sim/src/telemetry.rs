@@ -57,7 +57,8 @@ const DAC_BITS: u32 = 12;
 struct BoardScales {
     hz: f64,
     position: Converter,
-    pressure: Converter,
+    /// p_a, p_b, p_sup.
+    pressures: [Converter; 3],
     valve: Converter,
 }
 
@@ -122,7 +123,11 @@ impl Recorder {
             let scales = BoardScales {
                 hz: get("hz")?,
                 position: Converter::new([get("y0")?, get("y1")?], ADC_BITS),
-                pressure: Converter::new([get("p0")?, get("p1")?], ADC_BITS),
+                pressures: [
+                    Converter::new([get("a0")?, get("a1")?], ADC_BITS),
+                    Converter::new([get("b0")?, get("b1")?], ADC_BITS),
+                    Converter::new([get("s0")?, get("s1")?], ADC_BITS),
+                ],
                 valve: Converter::new([get("u0")?, get("u1")?], DAC_BITS),
             };
             (scales.hz > 0.0).then_some(scales)
@@ -162,7 +167,10 @@ impl Recorder {
         self.latest = Latest {
             t_s,
             y_m: [scales.position.quantity(y.into()), f64::from(reference) / f64::from(1_u32 << Position::FRAC_NBITS)],
-            p_pa: [a, b, sup].map(|code| scales.pressure.quantity(code.into())),
+            p_pa: {
+                let [p_a, p_b, p_sup] = scales.pressures;
+                [p_a.quantity(a.into()), p_b.quantity(b.into()), p_sup.quantity(sup.into())]
+            },
             u_v: scales.valve.quantity(held.into()),
             cycles: number(line, "c3").unwrap_or(0),
         };

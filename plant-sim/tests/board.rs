@@ -6,6 +6,9 @@ use board_link::{
 use control::ExternalFaults;
 use firmware_core::{Action, ControlLoop, Desk, Settings, Snapshot};
 use plant_sim::board::{BoardError, Client};
+use plant_sim::commission::transfer::{self, TransferError};
+use plant_sim::commission::{from_rig, parameter_file};
+use rig_files::RigFile;
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
@@ -47,7 +50,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                                 Err(Refusal::State)
                             }
                         }
-                        Action::Save | Action::Restart => Ok(Reply::Done),
+                        Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
                     });
                     session.answered(result)
                 }
@@ -100,4 +103,121 @@ fn a_silent_board_is_reported_as_such() {
     let (here, _there) = UnixStream::pair().expect("sockets");
     here.set_read_timeout(Some(Duration::from_millis(20))).expect("time-out");
     assert!(matches!(Client::open(here, 1).map(|_| ()), Err(BoardError::Silent)));
+}
+
+#[test]
+fn a_rig_file_is_applied_as_a_whole_and_what_it_does_not_say_stays() {
+    use Parameter as P;
+    let mut client = client(|_, _| ());
+    transfer::change(&mut client, &[(P::Gain, 7.5), (P::Monitor, 1.0)]).expect("accepted");
+    let rig = RigFile::paper_c();
+    let before = transfer::read(&mut client).expect("answers");
+    let found = from_rig::from_rig(&rig, &before).expect("possible");
+    assert_eq!(found.notes, Vec::<String>::new());
+    let changed = transfer::change(&mut client, &found.changes).expect("accepted");
+    assert!(changed.iter().any(|(parameter, _)| *parameter == P::Area), "{changed:?}");
+    let after = transfer::read(&mut client).expect("answers");
+    assert_eq!((after.get(P::Gain), after.get(P::Monitor)), (7.5, 1.0));
+    assert_eq!(after.get(P::Stroke), rig.rig.cylinder.stroke_m as f32);
+    assert_eq!(after.get(P::PositionLow), rig.io.position_range_m[0] as f32);
+    // The range of the setpoint was as wide as the sensor's, and still is.
+    assert_eq!(after.get(P::SetpointLow), rig.io.position_range_m[0] as f32);
+    // Once more: nothing is left to change.
+    assert_eq!(transfer::change(&mut client, &found.changes), Ok(vec![]));
+}
+
+#[test]
+fn every_rig_file_of_the_project_can_be_applied() {
+    let mut client = client(|_, _| ());
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs");
+    for entry in std::fs::read_dir(folder).expect("rigs") {
+        let path = entry.expect("a file").path();
+        let rig = RigFile::read(&path).expect("readable");
+        let before = transfer::read(&mut client).expect("answers");
+        let found = from_rig::from_rig(&rig, &before).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let done = transfer::change(&mut client, &found.changes);
+        assert!(done.is_ok(), "{}: {done:?}", path.display());
+        println!("{}: {:?}", path.display(), found.notes);
+    }
+}
+
+#[test]
+fn what_a_diagnosis_found_goes_into_the_numbers_of_the_board() {
+    use plant_model::effects::Effect;
+    let mut rig = RigFile::paper_a();
+    rig.effects.set(Effect::PayloadMass, &[14.0]);
+    rig.effects.set(Effect::FillCoefficient, &[0.5]);
+    rig.effects.set(Effect::CoulombFriction, &[2.0]);
+    rig.effects.set(Effect::ValveDeadZone, &[0.4, -0.3]);
+    rig.effects.set(Effect::LeakCrossPiston, &[1.0e-10]);
+    let found = from_rig::from_rig(&rig, &Settings::default()).expect("possible");
+    let value = |parameter| found.changes.iter().find(|(p, _)| *p == parameter).map(|(_, value)| *value);
+    assert_eq!(value(Parameter::Mass), Some(14.0));
+    assert_eq!(value(Parameter::FillCoefficient), Some((0.5 * 0.69501e-8) as f32));
+    assert_eq!(value(Parameter::Coulomb), Some((2.0 * 23.103) as f32));
+    assert_eq!(value(Parameter::StaticFriction), value(Parameter::Coulomb));
+    assert_eq!((value(Parameter::DeadZoneRight), value(Parameter::DeadZoneLeft)), (Some(0.4), Some(-0.3)));
+    assert!(matches!(&found.notes[..], [note] if note.contains("leak-cross-piston")), "{:?}", found.notes);
+}
+
+#[test]
+fn a_refusal_names_the_key_that_stands_in_the_way_its_value_and_the_remedy() {
+    let mut client = client(|_, _| ());
+    for (changes, words) in [
+        (&[(Parameter::PositionLow, -0.2)][..], &["`setpoint_low_m` = -0.5", "position_range_m", "at once"][..]),
+        (&[(Parameter::Coulomb, 30.0)], &["`static_n` = 24", "coulomb_n"]),
+        (
+            &[(Parameter::FillConductance, 2.0e-8)],
+            &["`fill_coefficient_kg_per_s_pa` = 0.0000000069501", "conductances"],
+        ),
+        (&[(Parameter::Gain, -1.0)], &["`gain_v_per_m` = -1", "0 to 10000"]),
+    ] {
+        let Err(TransferError::Refused(text)) = transfer::change(&mut client, changes) else {
+            panic!("{changes:?} must be refused")
+        };
+        for word in words {
+            assert!(text.contains(word), "{changes:?}: expected {word:?} in {text}");
+        }
+    }
+}
+
+#[test]
+fn a_line_that_breaks_at_any_frame_of_a_change_leaves_the_old_parameters() {
+    let changes = [
+        (Parameter::PositionLow, -0.2),
+        (Parameter::PositionHigh, 0.2),
+        (Parameter::SetpointLow, -0.2),
+        (Parameter::SetpointHigh, 0.2),
+    ];
+    for stages in 0..changes.len() {
+        let mut client = client(|_, _| ());
+        let before = transfer::read(&mut client).expect("answers");
+        assert_eq!(client.ask(Command::Begin), Ok(Reply::Done));
+        for (parameter, value) in &changes[..stages] {
+            assert_eq!(client.ask(Command::Stage(*parameter, *value)), Ok(Reply::Done));
+        }
+        assert_eq!(transfer::read(&mut client), Ok(before));
+        // Whoever comes next begins anew.
+        assert_eq!(transfer::change(&mut client, &changes).map(|changed| changed.len()), Ok(changes.len()));
+    }
+    // Some answers are lost: asked for again, nothing is done twice or left out.
+    let mut lossy = client(|count, frame| {
+        if count % 16 == 5 {
+            frame.clear();
+        }
+    });
+    assert_eq!(transfer::change(&mut lossy, &changes).map(|changed| changed.len()), Ok(changes.len()));
+}
+
+#[test]
+fn what_is_written_to_a_file_can_be_applied_to_another_board() {
+    let mut first = client(|_, _| ());
+    let settings = transfer::read(&mut first).expect("answers");
+    let found = from_rig::from_rig(&RigFile::paper_b(), &settings).expect("possible");
+    transfer::change(&mut first, &found.changes).expect("accepted");
+    let settings = transfer::read(&mut first).expect("answers");
+    let text = parameter_file::text(&settings, "a test");
+    let mut second = client(|_, _| ());
+    transfer::change(&mut second, &parameter_file::parse(&text, "p.toml").expect("readable")).expect("accepted");
+    assert_eq!(transfer::read(&mut second), Ok(settings));
 }

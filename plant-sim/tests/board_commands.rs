@@ -52,9 +52,29 @@ fn a_board_that_is_not_there_and_words_it_does_not_know_are_refused() {
     refused(&board(&["status"]), folder.path(), 1, &["no-such-port", "plugged in"]);
     refused(&board(&["get", "gain_v_per_n"]), folder.path(), 2, &["gain_v_per_m"]);
     refused(&board(&["set", "gain_v_per_m", "much"]), folder.path(), 2, &["much"]);
+    refused(&board(&["set", "gain_v_per_m", "4", "monitor"]), folder.path(), 2, &["in turn"]);
     refused(&board(&["hold", "nan"]), folder.path(), 2, &["number"]);
     refused(&board(&["sine", "--period", "inf"]), folder.path(), 2, &["--period"]);
     refused(&board(&["bench", "maybe"]), folder.path(), 2, &["maybe"]);
+}
+
+#[test]
+fn a_file_to_apply_is_refused_with_line_key_and_remedy_before_a_board_is_looked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for (name, text, says) in [
+        ("empty.toml", "# nothing yet", &["empty.toml", "board parameters --out"][..]),
+        ("broken.toml", "gain_v_per_m = ", &["broken.toml", "line 1", "TOML"]),
+        ("typo.toml", "gain_v_per_n = 4", &["typo.toml", "line 1", "gain_v_per_m"]),
+        ("range.toml", "monitor = 1\ngain_v_per_m = -4", &["range.toml", "line 2", "0 to 10000"]),
+        ("rig.toml", "[load]\nmass_kg = 5", &["rig.toml", "is missing"]),
+    ] {
+        std::fs::write(at.join(name), text).expect("writable");
+        refused(&["board", "--port", "no-such-port", "apply", name], at, 2, says);
+    }
+    refused(&["board", "--port", "no-such-port", "apply", "no-such-file"], at, 2, &["no-such-file"]);
+    refused(&["board", "--port", "no-such-port", "parameters", "--out", "p.toml"], at, 1, &["no-such-port"]);
+    assert!(!at.join("p.toml").exists());
 }
 
 #[test]

@@ -22,6 +22,7 @@ mod rig_file;
 mod rig_toml;
 mod table;
 mod tolerance;
+pub mod tuning;
 mod verdict;
 mod write;
 

@@ -5,7 +5,8 @@ use crate::time::Time;
 
 /// What a test puts around the chip.
 pub trait Analog {
-    /// The 12-bit code, 0..=4095, that a conversion gives. Called in order of time, once for each conversion, also for each of
+    /// The 12-bit code, 0..=4095, that a conversion gives; the valve's own pin, input 17 of ADC2, is answered by the chip while
+    /// its output is on. Called in order of time, once for each conversion, also for each of
     /// those that oversampling adds up.
     fn convert(&mut self, conversion: &Conversion) -> u16;
 

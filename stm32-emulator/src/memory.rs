@@ -22,6 +22,9 @@ pub const RAM: u32 = 0x2000_0000;
 /// SRAM1, SRAM2 and the alias of CCM SRAM, one after the other.
 pub const RAM_BYTES: usize = 128 << 10;
 
+/// Input of ADC2 that shares the pin with the output of DAC1 (PA4: DS12288, table of pins).
+const VALVE_PIN_OF_ADC2: u8 = 17;
+
 /// Interrupt numbers (RM0440, table of vectors).
 const FLASH_INTERRUPT: u32 = 4;
 const ADC_INTERRUPT: u32 = 18;
@@ -160,7 +163,14 @@ impl<A: Analog> Chip<A> {
                 let code = self.analog.convert(&conversion);
                 self.adc1.result(code);
             }
-            self.adc2.event(at);
+            if let Some(conversion) = self.adc2.event(at) {
+                let code = match self.dac.pin() {
+                    // The same pin is the output's.
+                    Some(code) if conversion.channel == VALVE_PIN_OF_ADC2 => code,
+                    _ => self.analog.convert(&conversion),
+                };
+                self.adc2.result(code);
+            }
             if self.lpuart.next_event() <= at {
                 self.lpuart.event(at);
             }
@@ -174,6 +184,7 @@ impl<A: Analog> Chip<A> {
             self.dac.trigger_tim6();
             self.report_pin_at(at);
             self.adc1.trigger_tim6(at);
+            self.adc2.trigger_tim6(at);
         }
     }
 
@@ -456,6 +467,9 @@ impl<A: Analog> Chip<A> {
             0xE000_0000..0xE010_0000 => self.system.read(address & !3)?,
             // Unique device number, package, size: words of the system memory.
             0x1FFF_7500..0x1FFF_7600 => 0xFFFF_FFFF,
+            0x1FFF_0000..0x1FFF_7000 => {
+                return Err(Trap::unmodelled(format!("the bootloader in ROM, read at {address:#010x}")));
+            }
             _ => return Err(Trap::Bus(address)),
         };
         let shifted = word >> (8 * (address & 3));

@@ -39,6 +39,7 @@ impl Physics {
                 .map(|[length, diameter]| Tube::of(length, diameter, rig.gas.temperature_k, full_drop)),
             opening: rig.opening.points().to_vec(),
             table_closed_v: closed(rig.opening.points()),
+            bent: None,
             choked: None,
             droop: 0.0,
             droop_s: 1.0,
@@ -97,11 +98,9 @@ impl Physics {
         let top_speed = self.top_speed();
         let out = &mut self.outside;
         match foreign {
-            Foreign::OpeningCurve => out.opening = Some(*p),
             Foreign::QuadraticDrag => out.drag = p[0] * self.coulomb / (0.5 * top_speed).powi(2),
             Foreign::TemperatureDrift => out.warming = p[0] / DRIFT_S,
             Foreign::PositionBow => out.bow = p[0],
-            Foreign::PressureGain => out.pressure_gain = p[0],
             Foreign::Backlash | Foreign::ElasticLoad => {
                 let play = foreign == Foreign::Backlash;
                 let share = self.mass * p[1];

@@ -3,16 +3,12 @@
 /// One effect outside the catalogue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Foreign {
-    /// The orifice opens as a power of the spool travel, `pi/2 (|w|/full)^exponent`, instead of `atan(2 w)`.
-    OpeningCurve,
     /// Air or grease drag that grows with the square of the velocity, `c v |v|`.
     QuadraticDrag,
     /// The air gets warmer or colder during the recording, at a constant rate.
     TemperatureDrift,
     /// The position sensor bows: `y + e (L/2) sin(pi y / (L/2))`.
     PositionBow,
-    /// Both pressure channels have a wrong scale.
-    PressureGain,
     /// Play between the rod and a part of the load.
     Backlash,
     /// A part of the load hangs on a spring.
@@ -44,12 +40,10 @@ const fn parameter(name: &'static str, low: f64, high: f64) -> ForeignParameter 
 
 impl Foreign {
     /// All of them.
-    pub const ALL: [Self; 12] = [
-        Self::OpeningCurve,
+    pub const ALL: [Self; 10] = [
         Self::QuadraticDrag,
         Self::TemperatureDrift,
         Self::PositionBow,
-        Self::PressureGain,
         Self::Backlash,
         Self::ElasticLoad,
         Self::DwellStiction,
@@ -63,11 +57,9 @@ impl Foreign {
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
-            Self::OpeningCurve => "foreign-opening-curve",
             Self::QuadraticDrag => "foreign-quadratic-drag",
             Self::TemperatureDrift => "foreign-temperature-drift",
             Self::PositionBow => "foreign-position-bow",
-            Self::PressureGain => "foreign-pressure-gain",
             Self::Backlash => "foreign-backlash",
             Self::ElasticLoad => "foreign-elastic-load",
             Self::DwellStiction => "foreign-dwell-stiction",
@@ -90,12 +82,10 @@ impl Foreign {
     pub const fn parameters(self) -> [ForeignParameter; 2] {
         let unused = parameter("unused", 0.0, 0.0);
         match self {
-            Self::OpeningCurve => [parameter("exponent", 0.6, 1.6), parameter("full_v", 2.0, 4.0)],
             // Relative to the Coulomb force, at half the rig's top speed.
             Self::QuadraticDrag => [parameter("force_ratio", 0.6, 2.0), unused],
             Self::TemperatureDrift => [parameter("total_k", -45.0, 45.0), unused],
             Self::PositionBow => [parameter("amplitude_ratio", -0.03, 0.03), unused],
-            Self::PressureGain => [parameter("error_ratio", -0.08, 0.08), unused],
             Self::Backlash => [parameter("gap_m", 0.5e-3, 2.0e-3), parameter("mass_share", 0.4, 0.7)],
             Self::ElasticLoad => [parameter("frequency_hz", 3.0, 9.0), parameter("mass_share", 0.3, 0.6)],
             Self::DwellStiction => [parameter("rise_ratio", 0.8, 2.0), parameter("time_constant_s", 0.2, 0.8)],

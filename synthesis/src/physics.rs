@@ -26,6 +26,8 @@ pub struct Physics {
     pub(crate) opening: Vec<[f64; 2]>,
     /// Commands of the table between which it is closed, V.
     pub(crate) table_closed_v: [f64; 2],
+    /// Curvature and effective commands of full opening to the right and left, V, instead of the arc tangent.
+    pub(crate) bent: Option<[f64; 3]>,
     pub(crate) right_v: f64,
     pub(crate) left_v: f64,
     pub(crate) slope_right: f64,
@@ -63,16 +65,12 @@ pub struct Physics {
 /// Terms outside the catalogue, absent by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Outside {
-    /// Exponent and the command of full opening.
-    pub(crate) opening: Option<[f64; 2]>,
     /// N s2/m2.
     pub(crate) drag: f64,
     /// K/s.
     pub(crate) warming: f64,
     /// Relative to half the stroke.
     pub(crate) bow: f64,
-    /// Relative error of both pressure channels.
-    pub(crate) pressure_gain: f64,
     pub(crate) second_mass: Option<SecondMass>,
     /// Additional static force in N and its time constant in s.
     pub(crate) dwell: Option<[f64; 2]>,

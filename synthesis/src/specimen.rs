@@ -151,7 +151,7 @@ impl Specimen {
         }
     }
 
-    /// Effective opening: `atan(2 w)`, or the foreign curve, with the sign of `w`.
+    /// Effective opening in rad: `atan(2 w)`, the table's or the parabola's, with the sign of `w`.
     fn opening(&self) -> f64 {
         let (ph, u) = (&self.physics, self.spool);
         let w = if u >= ph.right_v {
@@ -161,13 +161,11 @@ impl Specimen {
         } else {
             0.0
         };
-        match ph.outside.opening {
-            None if !ph.opening.is_empty() => self.table_opening(w),
-            None => (2.0 * w).atan(),
-            Some([exponent, full]) => {
-                std::f64::consts::FRAC_PI_2 * (w.abs() / full).min(1.0).powf(exponent).copysign(w)
-            }
+        if let Some([c, right, left]) = ph.bent {
+            let x = if w > 0.0 { w / right } else { -w / left }.min(1.0);
+            return std::f64::consts::FRAC_PI_2 * (x - c * x * (1.0 - x)).copysign(w);
         }
+        if ph.opening.is_empty() { (2.0 * w).atan() } else { self.table_opening(w) }
     }
 
     /// The table read at its own end of flow plus `w`, in rad.
@@ -330,9 +328,7 @@ impl Specimen {
         let ph = &self.physics;
         let y = self.late_position();
         let bowed = y + ph.outside.bow * ph.half_stroke * (std::f64::consts::PI * y / ph.half_stroke).sin();
-        let gain = 1.0 + ph.outside.pressure_gain;
-        let mut reading =
-            Reading { y_m: bowed, p_a_pa: gain * self.sensed_a, p_b_pa: gain * self.sensed_b, p_sup_pa: self.supply };
+        let mut reading = Reading { y_m: bowed, p_a_pa: self.sensed_a, p_b_pa: self.sensed_b, p_sup_pa: self.supply };
         effects::show(&ph.present, &mut reading);
         reading
     }

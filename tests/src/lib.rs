@@ -13,6 +13,7 @@
 
 pub mod emulated;
 pub mod fault;
+pub mod firmware_file;
 pub mod qemu;
 pub mod reliability;
 pub mod rig;

@@ -16,14 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
-const TARGET: &str = "thumbv7em-none-eabihf";
-const PROFILE: &str = "firmware";
-
-/// Says that a test is skipped and why, past the test runner, which shows nothing of a test that passes.
-pub fn skipped(test: &str, why: &str) {
-    // Where standard error is closed nobody can be told.
-    let _ = writeln!(std::io::stderr(), "skipped: {test}: {why}");
-}
+pub use crate::firmware_file::{build_for_target, skipped};
 
 /// Builds the guest and returns its ELF file.
 ///
@@ -44,40 +37,6 @@ fn build() -> Result<PathBuf, String> {
         return Err("mkfifo is not installed".into());
     }
     build_for_target("firmware-qemu")
-}
-
-/// Builds a package for the microcontroller, as `cargo fw` does, and returns its ELF file.
-///
-/// # Errors
-/// Nobody asked for tests that take minutes, or the target is not installed: then tests are skipped with this sentence.
-///
-/// # Panics
-/// The package does not build.
-pub fn build_for_target(package: &str) -> Result<PathBuf, String> {
-    if std::env::var_os("POSITIONER_TESTS").is_none_or(|which| which != "all") {
-        return Err("it builds the firmware, which takes minutes: .ci/run does, and POSITIONER_TESTS=all".into());
-    }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let sysroot = Command::new("rustc").args(["--print", "sysroot"]).current_dir(&root).output();
-    let sysroot = sysroot.map_err(|error| format!("rustc cannot be run: {error}"))?;
-    let library = PathBuf::from(String::from_utf8_lossy(&sysroot.stdout).trim()).join("lib/rustlib").join(TARGET);
-    if !library.is_dir() {
-        return Err(format!("the target {TARGET} is not installed (rustup target add {TARGET})"));
-    }
-    let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(["build", "--quiet", "--profile", PROFILE, "-p", package, "--target", TARGET])
-        .current_dir(&root)
-        .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .status()
-        .map_err(|error| format!("cargo cannot be run: {error}"))?;
-    // Not a reason to skip: a guest that does not build is a failure.
-    assert!(
-        built.success(),
-        "{package} does not build: cargo build --profile {PROFILE} -p {package} --target {TARGET}"
-    );
-    let target_dir = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    Ok(target_dir.join(TARGET).join(PROFILE).join(package))
 }
 
 /// A running guest.

@@ -167,6 +167,7 @@ pub fn run_observed(
                     late_tick: late,
                     overrun,
                     model_disagreement: false,
+                    valve_output: false,
                 },
             };
             let answer = target.tick(&inputs)?;

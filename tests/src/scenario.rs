@@ -246,6 +246,10 @@ impl Scenario {
         let made = rig::parameters(&self.rig_file()?);
         let wrong = |problem: String| InputError::new(file, problem, "see control::Parameters for keys and types");
         let mut table = toml::Table::try_from(&made).map_err(|error| wrong(error.to_string()))?;
+        // As in a controller file: a gain without a law means the paper's.
+        if self.control.contains_key("gain_v_per_m") {
+            table.insert("law".into(), toml::Value::String(control::LawChoice::Paper.word().into()));
+        }
         table.extend(self.control.clone());
         table.try_into().map_err(|error: toml::de::Error| wrong(format!("[control]: {}", error.message())))
     }

@@ -6,7 +6,8 @@
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-const FLASH_LIMIT: u64 = 96 * 1024;
+/// Three quarters of bank 1. Bank 2 holds the parameters.
+const FLASH_LIMIT: u64 = 192 * 1024;
 const RAM_LIMIT: u64 = 64 * 1024;
 /// Stack that stays unused at the deepest call: room for what a change adds unseen.
 const FREE_STACK: u64 = 4 * 1024;

@@ -4,8 +4,12 @@
 //! queue delivered, in the ticks in which they did. Every valve code must be the same. Skipped with a message where the target
 //! is not installed, and without POSITIONER_TESTS=all.
 
+#[path = "emulated/broken.rs"]
+mod broken;
 #[path = "emulated/campaign.rs"]
 mod campaign;
+#[path = "emulated/facts.rs"]
+mod facts;
 #[path = "emulated/faults.rs"]
 mod faults;
 
@@ -15,7 +19,7 @@ use board_link::{
     Accumulator, Command, FRAME_BYTES, Generator, PROTOCOL_VERSION, Parameter, Reply, Request, Response, Shape, encode,
 };
 use control::{ExternalFaults, Mode, Reason};
-use firmware_core::{Action, ControlLoop, Desk, Order, Settings, Snapshot, code_of_sum};
+use firmware_core::{Action, ControlLoop, Desk, Order, OutputCheck, OutputSeen, Settings, Snapshot, code_of_sum};
 use object::{Object, ObjectSymbol};
 use plant_model::{Simulator, Stepper, Tolerance};
 use plant_sim::sensors::{CodeNoise, SensorChannel, channels, quantities};
@@ -35,6 +39,8 @@ const CONTROL_INTERRUPT: u32 = 34;
 /// Input channels of ADC1 of position, p_a, p_b, p_sup (docs/wiring.md).
 const CHANNELS: [u8; 4] = [1, 2, 7, 6];
 const MILLISECOND: f64 = 0.001;
+/// The valve's code at mid.
+const MID: u16 = 2048;
 
 fn elf() -> Option<&'static [u8]> {
     static ELF: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();
@@ -136,6 +142,9 @@ struct Bench {
     snapshot: Snapshot,
     /// An order that has been sent and not yet been taken.
     order: Option<Order>,
+    /// As the board's: whether its output shows what the board wrote in the tick before.
+    output: OutputCheck,
+    written: u16,
     host_heard_at: u32,
     order_queue_at: u32,
     answers: Accumulator,
@@ -175,6 +184,8 @@ impl Bench {
             desk: fresh_desk(settings),
             snapshot: Snapshot::new(),
             order: None,
+            output: OutputCheck::default(),
+            written: MID,
             host_heard_at: symbol(elf, "sampling::HOST_HEARD").0,
             // Counters of elements written and read stand behind the slots, ahead of the cell's own flag.
             order_queue_at: queue + bytes - 16,
@@ -213,6 +224,8 @@ impl Bench {
             // The next tick fills it.
             snapshot: Snapshot::new(),
             order: self.order.clone(),
+            output: self.output.clone(),
+            written: self.written,
             host_heard_at: self.host_heard_at,
             order_queue_at: self.order_queue_at,
             answers: Accumulator::new(),
@@ -280,10 +293,13 @@ impl Bench {
     fn compare(&mut self, order: Option<Order>, host_heard: bool) -> (u16, u16) {
         let chip = &self.machine().chip;
         let (codes, board, at) = (chip.analog.sums.map(code_of_sum), chip.dac.holding(), chip.now);
+        let seen = OutputSeen { latched: chip.dac.latched(), pin: chip.dac.pin() };
         if let Some(order) = order {
             self.host.order(&order);
         }
-        let tick = self.host.tick(codes, ExternalFaults::default(), host_heard);
+        let valve_output = self.output.faulty(core::mem::replace(&mut self.written, board), seen, false);
+        let faults = ExternalFaults { valve_output, ..ExternalFaults::default() };
+        let tick = self.host.tick(codes, faults, host_heard);
         self.host.watch();
         self.snapshot.publish(&tick.record, self.host.bench());
         self.compared += 1;
@@ -358,6 +374,7 @@ impl Bench {
     fn boot_host(&mut self, reason: Option<Reason>) {
         let settings = self.desk.settings().clone();
         self.host = fresh_loop(&settings, reason);
+        (self.output, self.written) = (OutputCheck::default(), MID);
         self.desk = fresh_desk(settings);
         (self.session, self.sequence, self.order) = (0, 0, None);
         self.answers = Accumulator::new();

@@ -4,6 +4,7 @@
 //! A change that is meant is written with `RECORD_DAC_CODES=1 cargo test -p scenarios --test recorded`, and explained in the
 //! commit.
 
+use control::Parameters;
 use firmware_core::mode_number;
 use plant_sim::stdio::Coprocess;
 use plant_sim::{ClosedLoop, ConversionNoise, LoopSettings, MonitorAction, controller, monitoring};
@@ -51,8 +52,14 @@ fn rigs() -> [(&'static str, RigFile); 4] {
 }
 
 /// The loop of `plant-sim run` and of sweeps.
-fn closed_loop(rig: &RigFile, settings: &LoopSettings, ticks: u64, reference_m: impl Fn(u64) -> f64) -> Hash {
-    let mut positioner = ClosedLoop::new(rig, &controller::parameters(rig), settings).expect("valid");
+fn closed_loop(
+    rig: &RigFile,
+    parameters: &Parameters,
+    settings: &LoopSettings,
+    ticks: u64,
+    reference_m: impl Fn(u64) -> f64,
+) -> Hash {
+    let mut positioner = ClosedLoop::new(rig, parameters, settings).expect("valid");
     let mut hash = Hash::new();
     for tick in 0..ticks {
         let seen = positioner.tick(reference_m(tick));
@@ -62,11 +69,10 @@ fn closed_loop(rig: &RigFile, settings: &LoopSettings, ticks: u64, reference_m: 
 }
 
 /// The co-process on the same plant, sensor for sensor, with a rail on the position near the end.
-fn coprocess(rig: &RigFile) -> Hash {
-    let parameters = controller::parameters(rig);
-    let setup = monitoring::setup(&parameters, &rig.rig, MonitorAction::Warn, 1).expect("valid");
+fn coprocess(rig: &RigFile, parameters: &Parameters) -> Hash {
+    let setup = monitoring::setup(parameters, &rig.rig, MonitorAction::Warn, 1).expect("valid");
     let mut process = Coprocess::new(setup, u32::from(parameters.adc_bits));
-    let mut plant = ClosedLoop::new(rig, &parameters, &LoopSettings::default()).expect("valid");
+    let mut plant = ClosedLoop::new(rig, parameters, &LoopSettings::default()).expect("valid");
     let mut hash = Hash::new();
     for tick in 0..4000 {
         let reference_m = square_wave_m(tick);
@@ -101,12 +107,20 @@ fn every_run() -> Vec<(String, Hash)> {
     }
     let default = LoopSettings::default();
     let quiet = LoopSettings { noise: ConversionNoise::NONE, ..default };
-    for (name, rig) in rigs() {
-        // The default of `plant-sim run`: 6 s to 45 mm.
-        found.push((format!("run/{name}"), closed_loop(&rig, &default, 6001, |_| 0.045)));
-        found.push((format!("run/{name}/quiet"), closed_loop(&rig, &quiet, 6001, |_| 0.045)));
-        found.push((format!("run/{name}/square-wave"), closed_loop(&rig, &default, 6001, square_wave_m)));
-        found.push((format!("coprocess/{name}"), coprocess(&rig)));
+    // The paper's law first, then the positioning law.
+    for (law, parameters) in
+        [("", controller::papers_parameters as fn(&RigFile) -> Parameters), ("servo/", controller::parameters)]
+    {
+        for (name, rig) in rigs() {
+            let run = |settings, reference_m: fn(u64) -> f64| {
+                closed_loop(&rig, &parameters(&rig), settings, 6001, reference_m)
+            };
+            // The default of `plant-sim run`: 6 s to 45 mm.
+            found.push((format!("{law}run/{name}"), run(&default, |_| 0.045)));
+            found.push((format!("{law}run/{name}/quiet"), run(&quiet, |_| 0.045)));
+            found.push((format!("{law}run/{name}/square-wave"), run(&default, square_wave_m)));
+            found.push((format!("{law}coprocess/{name}"), coprocess(&rig, &parameters(&rig))));
+        }
     }
     found
 }

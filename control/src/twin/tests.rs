@@ -1,6 +1,6 @@
 //! The fixed-point path against its f64 twin, over the whole input space.
 
-use super::{blend_v, output, quantity};
+use super::{blend_v, output, position_range, quantity};
 use crate::{AdcCode, Config, ControllerState, Inputs, Mode, Parameters, Position, step};
 use proptest::prelude::*;
 
@@ -24,8 +24,12 @@ fn any_parameters() -> impl Strategy<Value = Parameters> {
     let converters = (-3.9_f32..3.8, 0.02_f32..7.8, 8_u8..=16, 1.0_f32..100.0, 1.0_f32..100.0, 8_u8..=16);
     let law = (prop_oneof![0.0_f32..20.0, 0.0_f32..10_000.0], prop::option::of(1.0_f32..100.0), 0.1_f32..100.0);
     let zone = (-1.0_f32..1.0, prop_oneof![1 => Just(0.0), 3 => 0.0_f32..1.0], 0.05_f32..20.0, 0.05_f32..20.0);
-    (converters, law, zone).prop_map(|(c, l, z)| {
+    let calibration = prop_oneof![Just((0.0_f32, 1.0_f32)), (-1.0_f32..1.0, 0.5_f32..1.0)];
+    (converters, law, zone, calibration).prop_map(|(c, l, z, calibration)| {
         let mut p = Parameters {
+            // Inside what the range may be.
+            position_offset_m: (calibration.0 * 3.9 * (1.0 - calibration.1)).clamp(-1.0, 1.0),
+            position_gain: calibration.1,
             position_range_m: [c.0, (c.0 + c.1).min(3.9)],
             adc_bits: c.2,
             valve_range_v: [-c.3, c.4],
@@ -40,7 +44,8 @@ fn any_parameters() -> impl Strategy<Value = Parameters> {
         p.dead_zone_left_v = reach * z.0;
         p.dead_zone_right_v = reach * (z.0 + z.1).min(1.0);
         // from the narrowest band allowed to a hundred times that, or the default
-        let code_m = (p.position_range_m[1] - p.position_range_m[0]) / ((1_u32 << c.2) - 1) as f32;
+        let [low, high] = position_range(&p);
+        let code_m = (high - low) as f32 / ((1_u32 << c.2) - 1) as f32;
         if z.1 > 0.0 {
             p.gain_v_per_m = p.gain_v_per_m.min(0.49 / code_m);
         }
@@ -54,7 +59,10 @@ fn realistic_parameters() -> impl Strategy<Value = Parameters> {
     let converters = (0.1_f32..2.0, 10_u8..=16, 5.0_f32..12.0, 10_u8..=14);
     let law = 0.5_f32..200.0;
     let zone = (-1.0_f32..0.0, 0.0_f32..1.0, 0.5_f32..2.0, 0.5_f32..2.0);
-    (converters, law, zone).prop_map(|(c, gain, z)| Parameters {
+    let calibration = (-0.05_f32..0.05, 0.95_f32..1.05);
+    (converters, law, zone, calibration).prop_map(|(c, gain, z, calibration)| Parameters {
+        position_offset_m: calibration.0,
+        position_gain: calibration.1,
         position_range_m: [-c.0 / 2.0, c.0 / 2.0],
         adc_bits: c.1,
         valve_range_v: [-c.2, c.2],
@@ -82,7 +90,7 @@ proptest! {
         prop_assume!(config.is_ok());
         let config = config.unwrap();
         let code = 1 + code % ((1_u32 << p.adc_bits) - 2) as u16; // the first reading at a rail is not believed
-        let [lo, hi] = p.position_range_m.map(f64::from);
+        let [lo, hi] = position_range(&p);
         let reference = Position::saturating_from_num(lo + reference * (hi - lo));
         let outputs = fixed(&config, reference, code);
         let twin = output(&p, reference.to_num(), code);
@@ -113,7 +121,7 @@ proptest! {
     ) {
         let config = Config::from_parameters(&p).unwrap();
         let code = if scale { code << (p.adc_bits - 10) } else { code };
-        let [lo, hi] = p.position_range_m.map(f64::from);
+        let [lo, hi] = position_range(&p);
         let reference = Position::from_num(lo + reference * (hi - lo));
         let outputs = fixed(&config, reference, code);
         prop_assert_eq!(outputs.mode, Mode::Run);
@@ -155,7 +163,7 @@ fn every_pressure_code_reads_within_two_units_of_the_twin() {
     let p = Parameters::default();
     let config = Config::from_parameters(&p).unwrap();
     for code in 0..=u16::MAX {
-        let reading: f64 = config.scales().1.pressure(AdcCode(code)).to_num();
-        assert!((reading - quantity(p.pressure_range_pa, 16, code)).abs() < 2.0 / 256.0, "code {code}");
+        let reading: f64 = config.scales()[1].pressure(AdcCode(code)).to_num();
+        assert!((reading - quantity(p.pressure_range_pa.map(f64::from), 16, code)).abs() < 2.0 / 256.0, "code {code}");
     }
 }

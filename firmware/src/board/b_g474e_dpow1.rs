@@ -35,7 +35,7 @@ pub(crate) fn start(buffers: &'static mut SerialBuffers) -> Board {
     let serial = BufferedUart::new(p.USART3, p.PC11, p.PC10, transmit, receive, Interrupts, serial_config())
         .expect("115200 baud divides the peripheral clock");
     Board::assemble(
-        Chip { adc: p.ADC1, flash: p.FLASH },
+        Chip { adc: p.ADC1, read_back: p.ADC2, valve_pin: p.PA4.degrade_adc(), flash: p.FLASH },
         [p.PA0.degrade_adc(), p.PA1.degrade_adc(), p.PC1.degrade_adc(), p.PC0.degrade_adc()],
         serial,
         Output::new(p.PB7, Level::Low, Speed::Low),

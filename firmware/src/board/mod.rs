@@ -12,8 +12,10 @@
 //! | `air_off_at_once()` | air output low from any context, once it is an output |
 //! | `start(buffers)` | clocks up, pins set, interrupt priorities set; the valve stays at mid |
 //! | `Sampler` | one timer paces converter and valve output; `read` in the end-of-sequence interrupt |
-//! | `Valve` | `set(code)` takes effect at the next tick, exactly |
+//! | `Valve` | `set(code)` takes effect at the next tick, exactly; `seen` tells what the output shows in this one |
 //! | `reset_cause()` | why the chip started |
+//! | `reset_by_software()` | the same, only whether the firmware asked for it; may be asked any time before |
+//! | `jump_to_bootloader()` | into the chip's ROM, from a chip that has just been reset |
 
 #[cfg(feature = "b-g474e-dpow1")]
 mod b_g474e_dpow1;
@@ -26,6 +28,6 @@ pub(crate) use b_g474e_dpow1::{NAME, start};
 #[cfg(not(feature = "b-g474e-dpow1"))]
 pub(crate) use nucleo_g474re::{NAME, start};
 pub(crate) use stm32g474::{
-    PARAMETER_FLASH, ResetCause, Sampler, SerialBuffers, Valve, air_off_at_once, feed_watchdog, reset, reset_cause,
-    start_watchdog, valve_to_mid_at_once,
+    PARAMETER_FLASH, ResetCause, Sampler, SerialBuffers, Valve, air_off_at_once, feed_watchdog, jump_to_bootloader,
+    reset, reset_by_software, reset_cause, start_watchdog, valve_to_mid_at_once,
 };

@@ -6,7 +6,7 @@
 //! | pressure of chamber A | PA1 | A1 | ADC1_IN2 |
 //! | pressure of chamber B | PC1 | A4 | ADC1_IN7 |
 //! | supply pressure | PC0 | A5 | ADC1_IN6 |
-//! | valve command | PA4 | A2 | DAC1_OUT1 |
+//! | valve command | PA4 | A2 | DAC1_OUT1, read back by ADC2_IN17 |
 //! | air allowed | PB0 | A3 | output, low after reset |
 //! | alive light | PA5 | D13 | LD2 |
 //! | commands | PA2, PA3 | D1, D0 | LPUART1, the ST-LINK's virtual COM port |
@@ -34,7 +34,7 @@ pub(crate) fn start(buffers: &'static mut SerialBuffers) -> Board {
     let serial = BufferedUart::new(p.LPUART1, p.PA3, p.PA2, transmit, receive, Interrupts, serial_config())
         .expect("115200 baud divides the peripheral clock");
     Board::assemble(
-        Chip { adc: p.ADC1, flash: p.FLASH },
+        Chip { adc: p.ADC1, read_back: p.ADC2, valve_pin: p.PA4.degrade_adc(), flash: p.FLASH },
         [p.PA0.degrade_adc(), p.PA1.degrade_adc(), p.PC1.degrade_adc(), p.PC0.degrade_adc()],
         serial,
         Output::new(p.PA5, Level::Low, Speed::Low),

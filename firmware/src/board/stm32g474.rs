@@ -16,7 +16,9 @@ use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::usart::{self, BufferedUart};
 use embassy_stm32::{Peri, Peripherals, bind_interrupts, flash, pac, peripherals, triggers};
-use firmware_core::code_of_sum;
+use firmware_core::{OutputSeen, code_of_sum};
+
+use crate::broken::{self, Fault};
 
 /// Core clock. 170 MHz is the most the G474 runs at, in range 1 boost mode (DS12288, table 17).
 pub(crate) const CORE_HZ: u32 = 170_000_000;
@@ -134,6 +136,28 @@ pub(crate) fn reset_cause() -> ResetCause {
     }
 }
 
+/// Whether the firmware asked for the last reset; leaves the flags as they are.
+pub(crate) fn reset_by_software() -> bool {
+    pac::RCC.csr().read().sftrstf()
+}
+
+/// The bootloader in ROM (AN2606: system memory of the STM32G4). It listens at USART2 among others, which has the pins of the
+/// virtual COM port, and knows nothing of the valve: the pin is high impedance, and PB0 an input, as after any reset.
+const BOOTLOADER: u32 = 0x1FFF_0000;
+
+/// Leaves for the ROM. The chip must be as a reset leaves it, the watchdog included: it could not be stopped.
+pub(crate) fn jump_to_bootloader() -> ! {
+    // As the boot pins would have it: the ROM at address 0.
+    pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
+    let _ = pac::RCC.apb2enr().read();
+    pac::SYSCFG.memrmp().modify(|w| w.set_mem_mode(1));
+    // SAFETY: nothing else runs, no interrupt is enabled, and the ROM holds a vector table.
+    unsafe {
+        (*cortex_m::peripheral::SCB::PTR).vtor.write(BOOTLOADER);
+        cortex_m::asm::bootload(BOOTLOADER as *const u32)
+    }
+}
+
 bind_interrupts!(struct Interrupts {
     FLASH => flash::InterruptHandler;
 });
@@ -166,6 +190,10 @@ pub(crate) struct SerialBuffers {
 pub(crate) struct Chip {
     /// Converts the four channels.
     pub(crate) adc: Peri<'static, peripherals::ADC1>,
+    /// Reads the valve's pin back.
+    pub(crate) read_back: Peri<'static, peripherals::ADC2>,
+    /// That pin: output of the DAC, and input 17 of this converter (DS12288, table of pins).
+    pub(crate) valve_pin: AnyAdcChannel<'static, peripherals::ADC2>,
     /// Holds the parameters.
     pub(crate) flash: Peri<'static, peripherals::FLASH>,
 }
@@ -175,9 +203,11 @@ pub(crate) struct Chip {
 pub(crate) fn start_clocks(serial: interrupt::Interrupt) -> Peripherals {
     let p = embassy_stm32::init(clocks());
     // Sampling preempts everything; the rest shares the lowest urgency.
-    interrupt::ADC1_2.set_priority(Priority::P0);
+    let [first, rest] =
+        if broken::is(Fault::Priority) { [Priority::P8, Priority::P0] } else { [Priority::P0, Priority::P8] };
+    interrupt::ADC1_2.set_priority(first);
     for other in [interrupt::TIM2, serial, interrupt::FLASH] {
-        other.set_priority(Priority::P8);
+        other.set_priority(rest);
     }
     p
 }
@@ -193,11 +223,14 @@ impl Board {
     /// Sets up the converter for position, p_a, p_b, p_sup, in this order, and puts the board together.
     pub(crate) fn assemble(
         chip: Chip,
-        channels: [AnyAdcChannel<'static, peripherals::ADC1>; 4],
+        mut channels: [AnyAdcChannel<'static, peripherals::ADC1>; 4],
         serial: BufferedUart<'static>,
         light: Output<'static>,
         air: Output<'static>,
     ) -> Self {
+        if broken::is(Fault::ChannelOrder) {
+            channels.swap(2, 3);
+        }
         // 12.5 cycles at 42.5 MHz give the sampling capacitor 294 ns: enough for the filter of docs/wiring.md, whose
         // 10 nF at the pin is a thousand times the 5 pF sampled.
         let time = SampleTime::CYCLES12_5;
@@ -209,6 +242,9 @@ impl Board {
                 ..AdcConfig::default()
             },
         );
+        // 640.5 cycles at 42.5 MHz, 15 us: the output has settled when they end, and the four channels take longer.
+        let read_back = Adc::new(chip.read_back, AdcConfig::default());
+        let pin = [(chip.valve_pin, SampleTime::CYCLES640_5)];
         // embassy-stm32 0.6 knows oversampling of regular conversions only.
         pac::ADC1.cfgr2().modify(|w| w.set_jovse(true));
         // The prescaler is loaded by an update, which is a trigger, too: before anybody listens.
@@ -220,8 +256,9 @@ impl Board {
             Exten::RISING_EDGE,
             true,
         );
-        // Dropping the driver would stop the converter; from here on the interrupt reads the registers itself.
-        core::mem::forget(injected);
+        let read_back = read_back.setup_injected_conversions(pin, triggers::TIM6_TRGO, Exten::RISING_EDGE, false);
+        // Dropping a driver would stop its converter; from here on the interrupt reads the registers itself.
+        core::mem::forget((injected, read_back));
         Self {
             sampler: Sampler { tick_counts: 0 },
             valve: Valve(()),
@@ -309,6 +346,9 @@ impl Sampler {
             w.set_jeos(true);
             w.set_jeoc(true);
         });
+        if broken::is(Fault::NoRetrigger) {
+            adc.cr().modify(|w| w.set_jadstp(pac::adc::vals::Adstp::STOP));
+        }
         let since_update = u32::from(count) * (CORE_HZ / TICK_TIMER_HZ);
         Sequence { codes: raw.map(code_of_sum), mixed, since_update }
     }
@@ -337,9 +377,23 @@ impl Valve {
         });
     }
 
+    /// What the output shows, and acknowledges that. For the end-of-sequence interrupt only.
+    #[inline(always)]
+    pub(crate) fn seen(&mut self) -> OutputSeen {
+        let adc = pac::ADC2;
+        let converted = adc.isr().read().jeos();
+        adc.isr().write(|w| {
+            w.set_jeos(true);
+            w.set_jeoc(true);
+        });
+        let pin = converted.then(|| adc.jdr(0).read().jdata());
+        OutputSeen { latched: pac::DAC1.dor(VALVE_CHANNEL).read().dor(), pin }
+    }
+
     /// Hands over a code, 0..=4095, for the next tick. Larger codes are limited, not truncated.
     #[inline(always)]
     pub(crate) fn set(&mut self, code: u16) {
+        let code = if broken::is(Fault::DacCode) { code.saturating_add(1) } else { code };
         pac::DAC1.dhr12r(VALVE_CHANNEL).write(|w| w.set_dhr(code.min(4095)));
     }
 }

@@ -28,7 +28,10 @@ impl Definition for ExhaustCoefficient {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::FactorOn(&["valve.exhaust_coefficient_kg_per_s_pa", "valve.exhaust_conductance_m3_per_s_pa"]),
+        stands_for: StandsFor::FactorOn(&[
+            "valve.exhaust_coefficient_kg_per_s_pa",
+            "valve.exhaust_conductance_m3_per_s_pa",
+        ]),
         length_exponents: [-1, 0, 0],
         ..Identification::on(
             Balances::MASS,

@@ -9,6 +9,7 @@ macro_rules! for_each_effect {
     ($callback:ident) => {
         $callback! {
             ValveDeadZone => valve_dead_zone,
+            OpeningCurve => opening_curve,
             ValveLag => valve_lag,
             ValveHysteresis => valve_hysteresis,
             FillCoefficient => fill_coefficient,
@@ -32,6 +33,8 @@ macro_rules! for_each_effect {
             PositionScale => position_scale,
             PressureAOffset => pressure_a_offset,
             PressureBOffset => pressure_b_offset,
+            PressureAGain => pressure_a_gain,
+            PressureBGain => pressure_b_gain,
             PressureLag => pressure_lag,
             PositionDelay => position_delay,
             PistonArea => piston_area,

@@ -1,8 +1,17 @@
 //! `plant-sim board`: commands to the board over its virtual COM port.
 
-use super::CliError;
+mod bench;
+mod measure;
+mod parameters;
+mod update;
+
+use super::{CliError, in_range};
 use board_link::{Command, Generator, Parameter, Reply, Shape};
 use plant_sim::board::{BoardError, Client};
+use plant_sim::commission::calibrate::Channel;
+use plant_sim::commission::dead_zone::Search;
+use std::io::{Read, Write};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Talk to a board: state, setpoints, parameters.
@@ -13,13 +22,25 @@ use std::time::Duration;
     plant-sim board --port /dev/ttyACM0 status\n  \
     plant-sim board --port /dev/ttyACM0 arm\n  \
     plant-sim board --port /dev/ttyACM0 hold 0.045\n  \
-    plant-sim board --port /dev/ttyACM0 disarm")]
+    plant-sim board --port /dev/ttyACM0 disarm\n\n\
+    The same without a board, the firmware on the emulated chip; commands come from standard input, one a line:\n  \
+    plant-sim board --emulated target/thumbv7em-none-eabihf/firmware/firmware --rig rigs/real-mpye.toml")]
 pub(crate) struct Arguments {
     /// The ST-LINK's virtual COM port, e.g. /dev/ttyACM0, /dev/cu.usbmodem…, COM3
     #[arg(long, value_name = "PORT", default_value = "/dev/ttyACM0")]
     port: String,
+    /// No board: this firmware (ELF) on the emulated chip, a simulated cylinder at its pins. Reads commands from standard input, one a
+    /// line; besides those below `wait SECONDS`, `push NEWTON`, `supply PASCAL`, `sensors on|off`, `meter`, `power-cycle`
+    #[arg(long, value_name = "ELF", conflicts_with = "port")]
+    emulated: Option<PathBuf>,
+    /// The cylinder at the emulated board's pins (default: the paper's case a)
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    rig: Option<PathBuf>,
+    /// Where to write the emulated board's telemetry as a log (CSV) at the end
+    #[arg(long, value_name = "FILE", requires = "emulated")]
+    log: Option<PathBuf>,
     #[command(subcommand)]
-    action: Action,
+    action: Option<Action>,
 }
 
 #[derive(clap::Subcommand, Debug)]
@@ -53,13 +74,54 @@ enum Action {
         /// Name, e.g. gain_v_per_m; all without
         name: Option<String>,
     },
-    /// Change a parameter until the next restart
+    /// Change parameters until the next restart: several at once, or none of them
     Set {
-        /// Name, e.g. gain_v_per_m
-        name: String,
-        /// Value, SI units
-        #[arg(allow_negative_numbers = true)]
-        value: f32,
+        /// Name and value in SI units, e.g. gain_v_per_m 4; more of them where they belong together
+        #[arg(required = true, num_args = 2.., value_names = ["NAME", "VALUE"], allow_negative_numbers = true)]
+        values: Vec<String>,
+    },
+    /// Put the parameters of a file in force, all at once or none, until the next restart
+    #[command(
+        after_long_help = "A rig file (nominal, or extended by `plant-sim diagnose`) says converters, dead zone, limits \
+        and the rig's own numbers; gain, monitor and times stay as they are. A file that `board parameters --out` wrote says \
+        what it says."
+    )]
+    Apply {
+        /// Rig file, or parameters of a board (TOML)
+        file: PathBuf,
+        /// Write them to flash, too
+        #[arg(long)]
+        save: bool,
+    },
+    /// Two-point calibration of a sensor: offset and gain from two known states
+    #[command(after_long_help = "EXAMPLE: the piston first at one end stop, then at the other\n  \
+        plant-sim board --port /dev/ttyACM0 calibrate position -0.25 0.25\n\
+        EXAMPLE: a chamber open to the air, then at the supply pressure that a gauge shows\n  \
+        plant-sim board --port /dev/ttyACM0 calibrate pressure-a 1.013e5 7.0e5")]
+    Calibrate {
+        /// Which sensor
+        channel: measure::ChannelName,
+        /// The two known values, m from mid-stroke or Pa absolute
+        #[arg(num_args = 2, required = true, value_names = ["FIRST", "SECOND"], allow_negative_numbers = true)]
+        values: Vec<f64>,
+        /// Write the result to flash, too
+        #[arg(long)]
+        save: bool,
+    },
+    /// Search the valve's dead zone: small moves about where the piston stands, with the air on
+    DeadZone {
+        /// Largest voltage tried, V about mid
+        #[arg(long, default_value_t = 1.0, value_name = "V")]
+        limit: f64,
+        /// Passes in each direction
+        #[arg(long, default_value_t = 2, value_name = "N")]
+        passes: usize,
+        /// Let the controller compensate what was found, until the next start
+        #[arg(long)]
+        apply: bool,
+        /// The same, and write it to flash
+        #[arg(long)]
+        save: bool,
     },
     /// Write all parameters to flash
     Save,
@@ -75,8 +137,27 @@ enum Action {
     LastFault,
     /// Restart the board
     Restart,
-    /// List all parameters with range, default and meaning (no board needed)
-    Parameters,
+    /// New firmware over the serial line; the parameters stay
+    #[command(
+        after_long_help = "The file is checked first: chip, board, protocol, layout of the parameters. The board leaves for the \
+        bootloader in its ROM, with the valve at mid and the air off, and starts the new firmware when all of it has been read back."
+    )]
+    Update {
+        /// What `cargo fw` makes: target/thumbv7em-none-eabihf/firmware/firmware
+        file: PathBuf,
+        /// The board waits in its bootloader already: an update that was cut, or BOOT0 tied to 3.3 V
+        #[arg(long)]
+        in_bootloader: bool,
+        /// The new firmware stores parameters in another layout: they are lost
+        #[arg(long)]
+        new_parameters: bool,
+    },
+    /// List all parameters with range, default and meaning (no board needed), or write those of the board to a file
+    Parameters {
+        /// File for the board's present values; `board apply` takes it back
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
 }
 
 #[derive(clap::Args, Debug)]
@@ -127,16 +208,96 @@ fn failed(error: BoardError) -> CliError {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let command = match &arguments.action {
-        Action::Parameters => {
-            for parameter in Parameter::ALL {
-                let info = parameter.info();
-                say!("{:34} {:>12} ({})  {}", info.name, info.default, info.range(), info.words());
-            }
-            return Ok(());
+    match (&arguments.emulated, &arguments.action) {
+        (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
+        (None, Some(Action::Update { file, in_bootloader, new_parameters })) => {
+            update::update(&arguments.port, &update::read(file)?, *in_bootloader, *new_parameters)
         }
+        (None, Some(action)) => match task(action)? {
+            None => Ok(()),
+            Some(task) => carry_out(task, &mut open(&arguments.port)?),
+        },
+        (None, None) => Err(CliError::Usage("say what to do, for example `status`; --help lists the commands".into())),
+    }
+}
+
+/// What an action asks of the board; `None`: nothing, it is done. What is typed is judged before a board is looked for.
+fn task(action: &Action) -> Result<Option<Task>, CliError> {
+    Ok(Some(match action {
+        Action::Parameters { out: None } => {
+            parameters::list();
+            return Ok(None);
+        }
+        Action::Parameters { out: Some(out) } => Task::Write(out.clone()),
+        Action::Get { name: None } => Task::Show,
+        Action::Set { values } => Task::Set(parameters::pairs(values)?),
+        Action::Apply { file, save } => Task::Apply(file.clone(), parameters::read(file)?, *save),
+        Action::Calibrate { channel, values, save } => match values[..] {
+            [first, second] if first.is_finite() && second.is_finite() && first != second => {
+                Task::Calibrate((*channel).into(), [first, second], *save)
+            }
+            _ => return Err(CliError::Usage("give two different values, m or Pa".into())),
+        },
+        Action::DeadZone { limit, passes, apply, save } => {
+            in_range("--limit", *limit, 0.1, 5.0, "V")?;
+            in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
+            Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
+        }
+        Action::Update { .. } => {
+            return Err(CliError::Usage(
+                "an update goes through the bootloader of a real board, at --port; an emulated one takes the new file by --emulated".into(),
+            ));
+        }
+        other => Task::Ask(command(other)?),
+    }))
+}
+
+fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), CliError> {
+    match task {
+        Task::Ask(command) => show(&client.ask(command).map_err(failed)?),
+        Task::Show => parameters::show(client)?,
+        Task::Set(changes) => parameters::set(client, &changes)?,
+        Task::Apply(path, file, save) => parameters::apply(client, &path, &file, save)?,
+        Task::Calibrate(channel, values, save) => {
+            measure::calibrate(client, channel, values, save, measure::ask_person)?;
+        }
+        Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
+        Task::Write(out) => parameters::write(client, &out)?,
+    }
+    Ok(())
+}
+
+/// What is to be done with a board.
+enum Task {
+    /// One command, its answer shown.
+    Ask(Command),
+    /// All values.
+    Show,
+    /// New values.
+    Set(Vec<plant_sim::commission::Change>),
+    /// New values of a file.
+    Apply(PathBuf, parameters::ToApply, bool),
+    /// Two-point calibration.
+    Calibrate(Channel, [f64; 2], bool),
+    /// Search of the dead zone.
+    DeadZone(Search, bool, bool),
+    /// All values to a file.
+    Write(PathBuf),
+}
+
+fn open(port: &str) -> Result<Client<Box<dyn serialport::SerialPort>>, CliError> {
+    let opened = serialport::new(port, 115_200).timeout(Duration::from_millis(50)).open().map_err(|error| {
+        CliError::Failed(format!(
+            "{port}: {error}; is the board plugged in, and may you use the port (Linux: group dialout)?"
+        ))
+    })?;
+    Client::open(opened, std::process::id()).map_err(failed)
+}
+
+/// The command of an action that is one question and one answer.
+fn command(action: &Action) -> Result<Command, CliError> {
+    Ok(match action {
         Action::Version => Command::Version,
-        Action::Status => Command::Status,
         Action::Arm => Command::Arm,
         Action::Disarm => Command::Disarm,
         Action::Acknowledge => Command::Acknowledge,
@@ -149,32 +310,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Action::Sine(motion) => motion.generator(Shape::Sine)?,
         Action::Identify(motion) => motion.generator(Shape::Identification)?,
         Action::Get { name: Some(name) } => Command::Get(parameter(name)?),
-        Action::Get { name: None } => Command::Status,
-        Action::Set { name, value } => Command::Set(parameter(name)?, *value),
         Action::Save => Command::Save,
         Action::Defaults => Command::Defaults,
         Action::Bench { switch } => Command::Bench { on: switch == "on" },
         Action::LastFault => Command::LastFault,
         Action::Restart => Command::Restart,
-    };
-    let port =
-        serialport::new(&arguments.port, 115_200).timeout(Duration::from_millis(50)).open().map_err(|error| {
-            CliError::Failed(format!(
-                "{}: {error}; is the board plugged in, and may you use the port (Linux: group dialout)?",
-                arguments.port
-            ))
-        })?;
-    let mut client = Client::open(port, std::process::id()).map_err(failed)?;
-    if matches!(arguments.action, Action::Get { name: None }) {
-        for parameter in Parameter::ALL {
-            if let Reply::Value(value) = client.ask(Command::Get(parameter)).map_err(failed)? {
-                say!("{:34} {value}", parameter.name());
-            }
-        }
-        return Ok(());
-    }
-    show(&client.ask(command).map_err(failed)?);
-    Ok(())
+        // `run` has taken the others out.
+        Action::Status
+        | Action::Calibrate { .. }
+        | Action::Update { .. }
+        | Action::DeadZone { .. }
+        | Action::Parameters { .. }
+        | Action::Get { name: None }
+        | Action::Set { .. }
+        | Action::Apply { .. } => Command::Status,
+    })
 }
 
 fn show(reply: &Reply) {

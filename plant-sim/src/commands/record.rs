@@ -165,7 +165,7 @@ fn open(arguments: &Arguments, elf: &[u8]) -> Result<(String, Box<dyn Read + Sen
     Ok((from, Box::new(file)))
 }
 
-fn sentence(remark: &Remark) -> String {
+pub(crate) fn sentence(remark: &Remark) -> String {
     match remark {
         Remark::Mode(t_s, word) => format!("{t_s:10.3} s  {word}"),
         Remark::Lost(t_s, count) => format!("{t_s:10.3} s  {count} records lost"),

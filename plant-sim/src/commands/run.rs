@@ -1,16 +1,16 @@
 //! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
 
 use super::CliError;
-use control::Key;
-use control::{Mode, Reason};
+use control::{Key, LawChoice, Mode, Reason};
 use plant_sim::charts;
 use plant_sim::controller;
+use plant_sim::emulated::positioning;
 use plant_sim::metrics::StepMetrics;
 use plant_sim::recording::Recording;
 use plant_sim::{ConversionNoise, LoopSettings, MonitorAction};
 use report_html::{Page, Table, Tone, svg};
-use rig_files::{InputError, RigFile, write_file};
-use std::path::PathBuf;
+use rig_files::{InputError, Log, RigFile, write_file};
+use std::path::{Path, PathBuf};
 
 /// Position one or several rigs under the firmware's own control law; this is what plant-sim does without a command.
 ///
@@ -21,7 +21,8 @@ use std::path::PathBuf;
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim run\n  \
     plant-sim run --rig rigs/real-mpye.toml --gain 8 --target 0.1 --duration 4\n  \
-    plant-sim run --noise-position 0 --noise-pressure 0 --seed 7 --logs")]
+    plant-sim run --noise-position 0 --noise-pressure 0 --seed 7 --logs\n  \
+    plant-sim run --rig rigs/paper-a.toml --elf target/thumbv7em-none-eabihf/firmware/firmware")]
 pub(crate) struct Arguments {
     /// Rig file (TOML); repeat it to compare rigs. By default the paper's three cylinders
     #[arg(long, value_name = "FILE")]
@@ -29,7 +30,7 @@ pub(crate) struct Arguments {
     /// Controller file (TOML) that replaces the values derived from the rig
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Proportional gain, V/m (default: that of the controller file, else 4)
+    /// The paper's law with this proportional gain, V/m; by default the law of the controller file, else the positioning law
     #[arg(long, value_name = "V_PER_M", allow_negative_numbers = true)]
     gain: Option<f32>,
     /// Target position, m from mid-stroke
@@ -50,6 +51,10 @@ pub(crate) struct Arguments {
     /// What the controller's model monitor does when the readings contradict the rig's nominal values. On the board it trips
     #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
     monitor: MonitorAction,
+    /// The firmware's ELF file: it runs the loop, on the emulated chip (docs/emulator.md), instead of the loop on this computer. With
+    /// --logs, the log is made of its telemetry
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
     /// Folder for the report, the picture and the logs
     #[arg(long, value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
@@ -61,6 +66,8 @@ pub(crate) struct Arguments {
 struct Run {
     name: String,
     recording: Recording,
+    /// What the firmware has sent, if the firmware ran the loop.
+    telemetry: Option<Log>,
     metrics: StepMetrics,
 }
 
@@ -79,8 +86,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     super::make_folder(&arguments.out)?;
     let mut runs = Vec::new();
+    let elf = arguments.elf.as_deref().map(read_elf).transpose()?;
     for rig in &rigs {
-        runs.push(position(rig, arguments, &settings)?);
+        runs.push(position(rig, arguments, &settings, elf.as_deref())?);
     }
 
     let table = table(&runs);
@@ -99,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.logs {
         for run in &runs {
             let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name)));
-            run.recording.to_log().write(&path)?;
+            run.telemetry.clone().unwrap_or_else(|| run.recording.to_log()).write(&path)?;
             say!("Log:     {}", path.display());
             let path = arguments.out.join(format!("{}-true.csv", super::file_name(&run.name)));
             run.recording.to_true_log().write(&path)?;
@@ -121,7 +129,16 @@ fn check(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Result<Run, CliError> {
+fn read_elf(path: &Path) -> Result<Vec<u8>, CliError> {
+    std::fs::read(path).map_err(|error| InputError::unreadable(&path.display().to_string(), &error).into())
+}
+
+fn position(
+    rig: &RigFile,
+    arguments: &Arguments,
+    settings: &LoopSettings,
+    elf: Option<&[u8]>,
+) -> Result<Run, CliError> {
     let half_m = rig.rig.cylinder.stroke_m / 2.0;
     if arguments.target.abs() > half_m {
         let text = format!("--target {} is beyond the end stops of {} (±{half_m} m)", arguments.target, rig.name);
@@ -132,13 +149,25 @@ fn position(rig: &RigFile, arguments: &Arguments, settings: &LoopSettings) -> Re
         None => controller::parameters(rig),
     };
     if let Some(gain) = arguments.gain {
-        parameters.gain_v_per_m = gain;
+        (parameters.law, parameters.gain_v_per_m) = (LawChoice::Paper, gain);
     }
     let ticks = (arguments.duration * f64::from(rig.io.tick_hz)).round() as usize + 1;
-    let recording = Recording::run(rig, &parameters, settings, ticks, |_| arguments.target)
-        .map_err(|error| InputError::new(&rig.name, error.to_string(), "correct the value"))?;
+    let (recording, telemetry) = match (elf, &arguments.elf) {
+        (Some(elf), Some(path)) => {
+            let file = path.display().to_string();
+            let done = positioning::position((elf, &file), rig, &parameters, settings, ticks, arguments.target);
+            let done = done.map_err(|error| CliError::Usage(format!("{file}, {}: {error}", rig.name)))?;
+            let (instructions, cycles) = done.most;
+            say!("{}: at most {instructions} instructions, {cycles} estimated cycles to the valve code", rig.name);
+            (done.recording, Some(done.telemetry))
+        }
+        _ => {
+            let run = Recording::run(rig, &parameters, settings, ticks, |_| arguments.target);
+            (run.map_err(|error| InputError::new(&rig.name, error.to_string(), "correct the value"))?, None)
+        }
+    };
     let metrics = recording.step_metrics(arguments.target);
-    Ok(Run { name: rig.name.clone(), recording, metrics })
+    Ok(Run { name: rig.name.clone(), recording, telemetry, metrics })
 }
 
 /// What a reader of the table must know: a controller that did not run to the end, or whose monitor disagreed.
@@ -195,8 +224,13 @@ fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
     let target_mm = arguments.target * 1e3;
     let mut page = Page::new(format!("Positioning step to {target_mm} mm"));
     page.text(
-        "The firmware's fixed-point control law positions simulated pneumatic cylinders: sensors with noise, converters \
-         with quantisation and oversampling, one tick of output delay, valve, chambers, friction.",
+        if arguments.elf.is_some() {
+            "The flashed firmware on the emulated chip positions simulated pneumatic cylinders: its converter reads the sensors with \
+             their noise, its output drives the valve."
+        } else {
+            "The firmware's fixed-point control law positions simulated pneumatic cylinders: sensors with noise, converters \
+             with quantisation and oversampling, one tick of output delay, valve, chambers, friction."
+        },
     );
     for warning in warnings(runs) {
         page.callout(Tone::Bad, format!("{warning}."));
@@ -230,6 +264,9 @@ fn command_line(arguments: &Arguments) -> String {
     text += &format!(" --target {} --duration {}", arguments.target, arguments.duration);
     text += &format!(" --noise-position {} --noise-pressure {}", arguments.noise_position, arguments.noise_pressure);
     text += &format!(" --seed {}", arguments.seed);
+    if let Some(elf) = &arguments.elf {
+        text += &format!(" --elf {}", elf.display());
+    }
     match arguments.monitor {
         MonitorAction::Trip => text,
         MonitorAction::Warn => text + " --monitor warn",

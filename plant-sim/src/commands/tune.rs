@@ -1,7 +1,6 @@
 //! `plant-sim tune`: the positioning law's constants for a rig, with margins and a verdict.
 
 use super::{CliError, RigArgument, in_range, text_table};
-use plant_model::Effect;
 use plant_sim::servo::margins::{Demand, Margins, move_time_s, shortfalls};
 use plant_sim::servo::{Tuning, tuning::law_bandwidths};
 use report_html::Table;
@@ -33,9 +32,6 @@ pub(crate) struct Arguments {
     rest_um: f64,
 }
 
-/// Lag of a fast proportional valve, s.
-const USUAL_LAG_S: f64 = 1.7e-3;
-
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let file = RigFile::read(&arguments.rig.rig)?;
     let stroke_mm = file.rig.cylinder.stroke_m * 1e3;
@@ -44,8 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     in_range("--within-s", arguments.within_s, 1e-3, 1e3, "s")?;
     in_range("--noise-um", arguments.noise_um, 0.0, 1e5, "um")?;
     in_range("--rest-um", arguments.rest_um, 1.0, 1e5, "um")?;
-    let known = file.effects.get(Effect::ValveLag).map(|values| values[0]);
-    let lag_s = arguments.lag_ms.map(|ms| ms * 1e-3).or(known).unwrap_or(USUAL_LAG_S);
+    let lag_s = arguments.lag_ms.map_or(rig_files::tuning::lag_s(&file), |ms| ms * 1e-3);
     let tick_s = file.io.tick_s();
     let tuning = Tuning::of(&file.rig, lag_s, tick_s);
     let demand = Demand {

@@ -6,6 +6,8 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Converter, RigFile};
+use std::cell::Cell;
+use std::rc::Rc;
 use stm32_emulator::analog::{Analog, share_of};
 use stm32_emulator::peripherals::adc::Conversion;
 use stm32_emulator::time::{Time, to_seconds};
@@ -34,6 +36,17 @@ pub struct Sampled {
     pub plant: plant_model::State<f64>,
 }
 
+/// What is done to the cylinder from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Force on the piston, positive towards chamber B, N.
+    pub force_n: f64,
+    /// Supply pressure, Pa absolute.
+    pub supply_pa: f64,
+    /// The sensors are plugged in; an open input reads zero.
+    pub plugged: bool,
+}
+
 /// Plant, sensors and valve.
 pub struct Cylinder {
     simulator: Simulator<f64>,
@@ -41,7 +54,7 @@ pub struct Cylinder {
     noisy: bool,
     random: Xoshiro256PlusPlus,
     valve: Converter,
-    supply_pa: f64,
+    surroundings: Rc<Cell<Surroundings>>,
     code: Option<u16>,
     simulated_to: Time,
     sum: u32,
@@ -57,13 +70,14 @@ impl Cylinder {
         let plant = Plant::new(&rig.rig, &rig.effects)?;
         let p = rig.rig.equilibrium_pressure_pa();
         let begin = plant.state_at_rest(0.0, p, p);
+        let surroundings = Surroundings { force_n: 0.0, supply_pa: rig.rig.supply.pressure_pa, plugged: true };
         Ok(Self {
             simulator: Simulator::from_state(plant, begin, Stepper::adaptive(&Tolerance::standard())),
             sensors: channels(&rig.io, noise),
             noisy: *noise != CodeNoise::NONE,
             random: Xoshiro256PlusPlus::seed_from_u64(seed),
             valve: rig.io.valve(),
-            supply_pa: rig.rig.supply.pressure_pa,
+            surroundings: Rc::new(Cell::new(surroundings)),
             code: None,
             simulated_to: 0,
             sum: 0,
@@ -77,6 +91,18 @@ impl Cylinder {
         &self.sampled
     }
 
+    /// What hand and shop do to it; kept elsewhere, too, it can be changed while the board is being talked to.
+    #[must_use]
+    pub fn surroundings(&self) -> Rc<Cell<Surroundings>> {
+        Rc::clone(&self.surroundings)
+    }
+
+    /// The true position now, m.
+    #[must_use]
+    pub fn position_m(&self) -> f64 {
+        self.simulator.state().y_m
+    }
+
     /// The valve's voltage now, V; the output stage holds it at mid while the pin is high impedance.
     #[must_use]
     pub fn valve_v(&self) -> f64 {
@@ -84,7 +110,8 @@ impl Cylinder {
     }
 
     fn advance(&mut self, to: Time) {
-        let inputs = Inputs { u_v: self.valve_v(), external_force_n: 0.0, supply_pa: self.supply_pa };
+        let Surroundings { force_n, supply_pa, .. } = self.surroundings.get();
+        let inputs = Inputs { u_v: self.valve_v(), external_force_n: force_n, supply_pa };
         let seconds = to_seconds(to.saturating_sub(self.simulated_to));
         if seconds > 0.0 {
             self.simulator.advance_with(&inputs, seconds);
@@ -104,7 +131,8 @@ impl Analog for Cylinder {
             }
             let noise = if self.noisy { StandardNormal.sample(&mut self.random) } else { 0.0 };
             // A channel that nothing is wired to reads zero.
-            let wired = CHANNELS.iter().position(|channel| *channel == conversion.channel);
+            let wired =
+                CHANNELS.iter().position(|channel| *channel == conversion.channel && self.surroundings.get().plugged);
             let truth = quantities(&self.simulator.measure());
             self.sum = wired.map_or(0, |index| sum_of_code(self.sensors[index].code(truth[index], noise)));
             self.sampled.sums[rank] = self.sum as u16;

@@ -7,11 +7,15 @@
 //! | `line.rs` | the serial line as a port that [`crate::board::Client`] takes |
 //! | `commission.rs` | a rig's and a controller's numbers as parameters of the board, and how they get there |
 //! | `cylinder.rs` | plant and sensors at the pins |
+//! | `positioning.rs` | the step of `plant-sim run` on such a board |
+//! | `session.rs` | a board that waits between commands: time, hand, supply, log |
 
 pub mod board;
 pub mod commission;
 pub mod cylinder;
 pub mod line;
+pub mod positioning;
+pub mod session;
 
 use crate::board::BoardError;
 use stm32_emulator::core::Stop;

@@ -46,7 +46,7 @@ pub struct Applied {
 /// # Errors
 /// The plant refuses a parameter.
 pub fn informed(rig: &RigFile) -> Result<Parameters, LoopError> {
-    let mut parameters = controller::parameters(rig);
+    let mut parameters = controller::papers_parameters(rig);
     let plant = Plant::new(&rig.rig, &rig.effects)?;
     let dead_zone = plant.dead_zone();
     (parameters.dead_zone_right_v, parameters.dead_zone_left_v) = (dead_zone.right_v as f32, dead_zone.left_v as f32);

@@ -3,7 +3,7 @@
 use super::{Claim, Figure};
 use crate::charts;
 use crate::closed_loop::LoopSettings;
-use crate::controller::parameters;
+use crate::controller::papers_parameters;
 use crate::metrics::StepObserver;
 use crate::recording::Recording;
 use crate::sensors::ConversionNoise;
@@ -19,7 +19,7 @@ pub(super) fn three_cylinders() -> Figure {
         .iter()
         .map(|rig| {
             let ticks = (DURATION_S * f64::from(rig.io.tick_hz)) as usize;
-            Recording::run(rig, &parameters(rig), &settings, ticks, |_| TARGET_M).unwrap_or_default()
+            Recording::run(rig, &papers_parameters(rig), &settings, ticks, |_| TARGET_M).unwrap_or_default()
         })
         .collect();
     let [a, b, c] = [0, 1, 2].map(|at| runs[at].step_metrics(TARGET_M));

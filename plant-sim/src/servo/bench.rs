@@ -2,12 +2,15 @@
 //! noise of 20 um and 400 Pa in a code, output one tick late.
 
 use super::{Readings, Servo};
+use crate::closed_loop::reference;
 use crate::sensors::{CodeNoise, SensorChannel, channels, quantities};
-use plant_model::{Effects, ParameterError, Rig, Simulator, State};
+use control::{ControllerState, ExternalFaults, LawChoice, Parameters};
+use firmware_core::{ControlLoop, Setup};
+use plant_model::{Effect, Effects, ParameterError, Rig, Simulator, State};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
-use rig_files::Io;
+use rig_files::{Io, RigFile};
 
 /// A simulated rig with the law closed around it.
 pub struct Bench {
@@ -17,7 +20,37 @@ pub struct Bench {
     rng: Xoshiro256PlusPlus,
     /// The law with its memory.
     pub servo: Servo,
+    /// Pressure sensors that are not read.
+    pub lost: Lost,
+    /// The firmware's tick with the same inputs, if it runs beside the law in f64.
+    pub control_loop: Option<ControlLoop>,
+    /// Who drives the valve.
+    pub driver: Driver,
+    /// The codes that the law in f64 and the tick computed last.
+    pub codes: [u32; 2],
     code: u32,
+}
+
+/// Whose code goes to the valve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Driver {
+    /// The law in f64.
+    #[default]
+    Reference,
+    /// The firmware's tick.
+    Tick,
+}
+
+/// Pressure sensors that are not read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lost {
+    /// None.
+    #[default]
+    None,
+    /// That of chamber A.
+    A,
+    /// Both chambers'.
+    Both,
 }
 
 impl Bench {
@@ -39,9 +72,39 @@ impl Bench {
             sensors: channels(&io, &CodeNoise { position_m: 20e-6 * noise, pressure_pa: 400.0 * noise }),
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             code: io.valve().code(0.0),
+            lost: Lost::None,
+            control_loop: None,
+            driver: Driver::Reference,
+            codes: [0; 2],
             servo,
             io,
         })
+    }
+
+    /// The same with the firmware's tick beside the law in f64, tuned alike.
+    ///
+    /// # Panics
+    /// The controller refuses a parameter.
+    #[must_use]
+    pub fn with_tick(mut self, driver: Driver) -> Self {
+        let (tuning, rig) = (&self.servo.tuning, self.servo.rig);
+        let lag = Effects::none().with(Effect::ValveLag, &[tuning.lag_s]);
+        let io = Io { tick_hz: (1.0 / tuning.tick_s).round() as u32, ..self.io };
+        let file = RigFile { rig, io, effects: lag, ..RigFile::paper_a() };
+        let parameters = Parameters {
+            law: LawChoice::Servo,
+            servo_speed_m_per_s: tuning.limits.speed as f32,
+            servo_acceleration_m_per_s2: tuning.limits.acceleration as f32,
+            servo_jerk_m_per_s3: tuning.limits.jerk as f32,
+            servo_bandwidth_rad_per_s: tuning.law_w as f32,
+            servo_observer_rad_per_s: tuning.observer_w as f32,
+            servo_force_rate_per_s: tuning.force_rate as f32,
+            ..rig_files::controller::parameters(&file)
+        };
+        let setup = Setup::new(&parameters, None, 1).expect("valid parameters");
+        self.control_loop = Some(ControlLoop::in_state(setup, ControllerState::armed()));
+        self.driver = driver;
+        self
     }
 
     /// The true state of the rig.
@@ -64,12 +127,20 @@ impl Bench {
         let pressure = self.io.pressure();
         let readings = Readings {
             y: self.io.position().quantity(codes[0].into()),
-            p_a: pressure.quantity(codes[1].into()),
-            p_b: pressure.quantity(codes[2].into()),
+            p_a: (self.lost == Lost::None).then(|| pressure.quantity(codes[1].into())),
+            p_b: (self.lost != Lost::Both).then(|| pressure.quantity(codes[2].into())),
             p_sup: pressure.quantity(codes[3].into()),
         };
         let y = self.simulator.state().y_m;
-        let next = self.io.valve().code(self.servo.step(target, &readings));
+        let mut next = self.io.valve().code(self.servo.step(target, &readings));
+        self.codes[0] = next;
+        if let Some(tick) = &mut self.control_loop {
+            tick.hold(reference(target));
+            self.codes[1] = u32::from(tick.tick(codes, ExternalFaults::default(), true).valve);
+            if self.driver == Driver::Tick {
+                next = self.codes[1];
+            }
+        }
         let acting = self.io.valve().quantity(self.code);
         self.simulator.advance(acting, self.servo.tuning.tick_s);
         self.code = next;
@@ -98,7 +169,7 @@ pub struct Move {
 pub fn step(bench: &mut Bench, target: f64, ticks: u32) -> Move {
     let start = bench.simulator.state().y_m;
     let side = (target - start).signum();
-    let rest = ticks.saturating_sub(1000);
+    let rest = ticks.saturating_sub((1.0 / bench.servo.tuning.tick_s) as u32);
     let mut seen = Move::default();
     let (mut low, mut high, mut last) = (f64::INFINITY, f64::NEG_INFINITY, None);
     for tick in 0..ticks {
@@ -126,10 +197,11 @@ pub fn step(bench: &mut Bench, target: f64, ticks: u32) -> Move {
 #[must_use]
 pub fn sine(bench: &mut Bench, amplitude: f64, hz: f64) -> (f64, f64) {
     let (mut peak, mut sum) = (0.0_f64, 0.0);
-    let ticks = (3.0 / hz * 1000.0) as u32;
+    let tick_s = bench.servo.tuning.tick_s;
+    let ticks = (3.0 / hz / tick_s) as u32;
     let first = ticks / 3;
     for tick in 0..ticks {
-        let target = |tick: u32| amplitude * (2.0 * std::f64::consts::PI * hz * f64::from(tick) * 1e-3).sin();
+        let target = |tick: u32| amplitude * (2.0 * std::f64::consts::PI * hz * f64::from(tick) * tick_s).sin();
         let (y, _) = bench.tick(target(tick));
         if tick >= first {
             let error = y - target(tick);
@@ -144,7 +216,6 @@ pub fn sine(bench: &mut Bench, amplitude: f64, hz: f64) -> (f64, f64) {
 mod tests {
     use super::super::Tuning;
     use super::*;
-    use plant_model::Effect;
 
     fn bench(mut rig: Rig<f64>, seed: u64) -> Bench {
         (rig.valve.dead_zone_right_v, rig.valve.dead_zone_left_v) = (0.42, -0.42);

@@ -1,4 +1,8 @@
-//! Learning: valve gain, dead zone and Coulomb friction, slowly, within bounds, and only where the motion shows them.
+//! Learning: valve gain, dead zone, lag, friction and mass, slowly, within bounds, and only where the motion shows them.
+//!
+//! Each is a step of least mean squares (Åström and Wittenmark 1995, 2.5): the error, times the regressor, over one plus
+//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which friction
+//! and mass explain.
 
 use super::air::Air;
 use super::inversion::ValveModel;
@@ -16,20 +20,64 @@ const GAIN: [f64; 2] = [0.4, 1.8];
 /// The dead zone over its nominal width.
 const ZONE: [f64; 2] = [0.75, 1.25];
 /// The friction over its nominal value.
-const FRICTION: [f64; 2] = [0.3, 1.4];
+const FRICTION: [f64; 2] = [0.3, 1.5];
+/// The mass over its nominal value.
+const MASS: [f64; 2] = [0.6, 1.5];
+/// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
+const MASS_PART: f64 = 0.2;
 
-/// Takes what one tick shows.
-pub fn learn(
-    valve: &mut ValveModel,
-    coulomb: &mut f64,
-    estimate: &mut Estimate,
-    innovation: &Innovation,
+/// The spool's lag over its nominal lag.
+const LAG: [f64; 2] = [0.25, 3.5];
+/// How fast the lag is learned while the angle turns, 1/s.
+const LAG_RATE: f64 = 5.0;
+/// Change of angle above which the force tells the lag, rad/s.
+const TURNING: f64 = 100.0;
+
+/// The piston and its load as learned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Coulomb friction, N.
+    pub coulomb: f64,
+    /// Viscous friction, N s/m.
+    pub viscous: f64,
+    /// Mass, kg.
+    pub mass: f64,
+}
+
+/// The spool's lag as learned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lag {
+    /// The lag, s.
+    pub seconds: f64,
     theta: f64,
-    air: &Air,
-    tuning: &Tuning,
-) {
+    turn: f64,
+}
+
+impl Lag {
+    /// The nominal lag.
+    #[must_use]
+    pub fn of(tuning: &Tuning) -> Self {
+        Self { seconds: tuning.lag_s, ..Self::default() }
+    }
+
+    /// A spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`.
+    pub fn learn(&mut self, innovation: &Innovation, theta: f64, slope: f64, tuning: &Tuning) {
+        let t = tuning.tick_s;
+        let turn = (theta - self.theta) / t;
+        self.theta = theta;
+        // The innovation is the model's error behind the correction's own lag; so is what it is compared with.
+        self.turn += (t * tuning.force_rate).min(1.0) * (turn - self.turn);
+        let wrong = tuning.force_rate * innovation.force / slope;
+        let part = self.turn / (self.turn * self.turn + TURNING * TURNING);
+        let [least, most] = LAG.map(|part| part * tuning.lag_s);
+        self.seconds = (self.seconds - LAG_RATE * t * wrong * part).clamp(least, most);
+    }
+}
+
+/// The valve's gain and dead zone, from what one tick shows.
+pub fn learn_valve(valve: &mut ValveModel, innovation: &Innovation, theta: f64, air: &Air, tuning: &Tuning) {
     let t = tuning.tick_s;
-    let [gain_rate, zone_rate, friction_rate] = tuning.learn;
+    let [gain_rate, zone_rate, _] = tuning.learn;
     let side = usize::from(theta < 0.0);
     let slope = valve.slope(theta, air);
     // A wrong rate of force stands as an innovation of that rate over the correction's.
@@ -45,13 +93,30 @@ pub fn learn(
         let nominal = tuning.zone_v[side];
         *zone = (*zone - zone_rate * t * outward).clamp(ZONE[0] * nominal, ZONE[1] * nominal);
     }
-    if estimate.v.abs() > SLIDING {
-        let direction = estimate.v.signum();
-        let before = *coulomb;
-        let wrong = -estimate.disturbance * direction;
-        *coulomb =
-            (before + friction_rate * t * wrong).clamp(FRICTION[0] * tuning.coulomb, FRICTION[1] * tuning.coulomb);
-        // What friction now explains is no longer a disturbance.
-        estimate.disturbance += (*coulomb - before) * direction;
+}
+
+/// Friction and mass, from what the disturbance of one tick shows.
+pub fn learn_body(body: &mut Body, estimate: &mut Estimate, tuning: &Tuning) {
+    if estimate.v.abs() < SLIDING {
+        return;
     }
+    // In parts of the nominal Coulomb force, along the motion.
+    let unit = tuning.coulomb * estimate.v.signum();
+    let wrong = -estimate.disturbance / unit;
+    let viscous = tuning.viscous * estimate.v / unit;
+    let inert = tuning.mass * estimate.a / unit;
+    let step = tuning.learn[2] * tuning.tick_s * wrong;
+    let friction_step = step / (1.0 + viscous * viscous);
+    let mass_step = MASS_PART * step * inert / (1.0 + inert * inert);
+    let learned = |value: f64, step: f64, nominal: f64, [least, most]: [f64; 2]| {
+        (value + step * nominal).clamp(least * nominal, most * nominal)
+    };
+    let before = *body;
+    body.coulomb = learned(before.coulomb, friction_step, tuning.coulomb, FRICTION);
+    body.viscous = learned(before.viscous, friction_step * viscous, tuning.viscous, FRICTION);
+    body.mass = learned(before.mass, mass_step, tuning.mass, MASS);
+    // What is now explained is no longer a disturbance.
+    estimate.disturbance += (body.coulomb - before.coulomb) * estimate.v.signum()
+        + (body.viscous - before.viscous) * estimate.v
+        + (body.mass - before.mass) * estimate.a;
 }

@@ -18,16 +18,18 @@ pub mod observer;
 pub mod reference;
 pub mod stick;
 pub mod stream;
+pub mod trials;
 pub mod tuning;
 
 use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
+use learning::{Body, Lag};
 use observer::Estimate;
 use plant_model::Rig;
 use reference::{Limits, Motion};
 use stick::Stick;
-use stream::Stream;
+use stream::{Aim, Stream};
 pub use tuning::Tuning;
 
 /// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
@@ -43,10 +45,10 @@ const QUIET_M: f64 = 30e-6;
 pub struct Readings {
     /// Position, m.
     pub y: f64,
-    /// Pressure of chamber A, Pa absolute.
-    pub p_a: f64,
-    /// Pressure of chamber B, Pa absolute.
-    pub p_b: f64,
+    /// Pressure of chamber A, Pa absolute; `None` where its sensor is lost or none is fitted.
+    pub p_a: Option<f64>,
+    /// Pressure of chamber B, Pa absolute; `None` where its sensor is lost or none is fitted.
+    pub p_b: Option<f64>,
     /// Supply pressure, Pa absolute.
     pub p_sup: f64,
 }
@@ -64,10 +66,12 @@ pub struct Servo {
     pub motion: Motion,
     /// The valve as learned.
     pub valve: ValveModel,
-    /// Coulomb friction as learned, N.
-    pub coulomb: f64,
+    /// Friction and mass as learned.
+    pub body: Body,
     /// Hold.
     pub hold: Hold,
+    /// Lag of the spool as learned.
+    pub lag: Lag,
     stream: Stream,
     stick: Stick,
     noise: f64,
@@ -87,8 +91,9 @@ impl Servo {
             estimate: Estimate { spool: tuning.centre_v, ..Estimate::default() },
             motion: Motion::default(),
             valve,
-            coulomb: tuning.coulomb_start * tuning.coulomb,
+            body: Body { coulomb: tuning.coulomb_start * tuning.coulomb, viscous: tuning.viscous, mass: tuning.mass },
             hold: Hold::default(),
+            lag: Lag::of(&tuning),
             stream: Stream::default(),
             stick: Stick::default(),
             noise: 0.0,
@@ -104,8 +109,9 @@ impl Servo {
         let tuning = self.tuning;
         let t = tuning.tick_s;
         let area = self.rig.cylinder.mean_area_m2();
-        let force = area * (readings.p_a - readings.p_b);
-        let read = [readings.p_a, readings.p_b, readings.p_sup];
+        let seen = readings.p_a.zip(readings.p_b).map(|(p_a, p_b)| area * (p_a - p_b));
+        let force = seen.unwrap_or(self.estimate.force);
+        let read = self.complete(readings);
         if !self.begun {
             self.begun = true;
             self.motion = Motion { y: readings.y, ..Motion::default() };
@@ -118,12 +124,28 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.coulomb, &tuning);
-        learning::learn(&mut self.valve, &mut self.coulomb, &mut self.estimate, &innovation, theta, &air, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.lag, &self.body, &tuning);
+        if seen.is_some() {
+            self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
+            learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, &tuning);
+        } else {
+            self.estimate.unseen_force(&tuning);
+        }
         self.noise += NOISE_RATE * t * (1.25 * innovation.y.abs() - self.noise);
         let u = self.command(target, &air);
         self.acting = u;
         u
+    }
+
+    /// The pressures, with those that are not measured from the modelled force.
+    fn complete(&self, readings: &Readings) -> [f64; 3] {
+        let step = self.estimate.force / self.rig.cylinder.mean_area_m2();
+        let [atmosphere, p_sup] = [self.rig.supply.atmosphere_pa, readings.p_sup];
+        let middle = self.rig.equilibrium_pressure_pa();
+        let p_a = readings.p_a.unwrap_or_else(|| readings.p_b.map_or(middle + 0.5 * step, |p_b| p_b + step));
+        let p_b = readings.p_b.unwrap_or_else(|| readings.p_a.map_or(middle - 0.5 * step, |p_a| p_a - step));
+        [p_a.clamp(atmosphere, p_sup.max(atmosphere)), p_b.clamp(atmosphere, p_sup.max(atmosphere)), p_sup]
     }
 
     fn command(&mut self, target: f64, air: &Air) -> f64 {
@@ -133,9 +155,15 @@ impl Servo {
         let (t, w) = (tuning.tick_s, tuning.law_w);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
-        let aim = self.stream.take(target, 4.0 * tuning.limits.acceleration, t);
+        let Aim { motion: aim, jerk: aim_jerk } = self.stream.take(target, &tuning.limits, t);
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
-        if self.hold.decide(target, resting, [target - estimate.y, estimate.v, estimate.force], &tuning) {
+        if self.hold.decide(
+            target,
+            resting,
+            [target - estimate.y, estimate.v, estimate.force],
+            estimate.disturbance,
+            &tuning,
+        ) {
             self.stick = Stick::default();
             let rate = self.hold.restoring_rate(0.15 * tuning.coulomb);
             if rate == 0.0 {
@@ -157,18 +185,21 @@ impl Servo {
         let r = self.motion;
         // Planned as seen from the moving target.
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
-        let limits =
-            Limits { speed: tuning.limits.speed - aim.v.abs().min(0.5 * tuning.limits.speed), ..tuning.limits };
-        let jerk_r = seen.jerk_towards(0.0, &limits, t);
+        let left = Limits {
+            speed: (tuning.limits.speed - aim.v.abs()).max(0.1 * tuning.limits.speed),
+            acceleration: tuning.limits.acceleration - aim.a.abs(),
+            jerk: tuning.limits.jerk - aim_jerk.abs(),
+        };
+        let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
         let jerk =
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
-        let rate = tuning.mass * jerk + air.stiffness * estimate.v;
+        let rate = self.body.mass * jerk + air.stiffness * estimate.v;
         let slope = self.valve.slope(rate, air);
         let most = self.valve.most_angle();
         let asked = rate / slope;
         let theta = asked.clamp(-most, most);
         // What the valve cannot give, the reference does not ask for.
-        let excess = (theta - asked) * slope / tuning.mass;
+        let excess = (theta - asked) * slope / self.body.mass;
         self.motion = r.after(jerk_r + excess, t);
         self.valve.command(theta, tuning.blend)
     }

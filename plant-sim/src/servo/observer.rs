@@ -5,7 +5,8 @@
 
 use super::air::Air;
 use super::inversion::ValveModel;
-use super::tuning::{Rates, Tuning};
+use super::learning::{Body, Lag};
+use super::tuning::Tuning;
 
 /// What is known of the rig at the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,21 +48,32 @@ impl Estimate {
         innovation
     }
 
+    /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
+    /// depend; the sum of both stays.
+    pub fn unseen_force(&mut self, tuning: &Tuning) {
+        let part = (5.0 * tuning.tick_s).min(1.0) * self.disturbance;
+        self.force += part;
+        self.disturbance -= part;
+    }
+
     /// Predicts the next tick with the command `u` in V acting meanwhile; returns the valve's angle.
-    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, coulomb: f64, tuning: &Tuning) -> f64 {
-        let Rates { spool_keeps, spool_mean, .. } = tuning.rates;
+    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, lag: &Lag, body: &Body, tuning: &Tuning) -> f64 {
+        let &Body { coulomb, viscous, mass } = body;
+        let t = tuning.tick_s;
+        let spool_keeps = if lag.seconds > 0.0 { (-t / lag.seconds).exp() } else { 0.0 };
+        let spool_mean = lag.seconds / t * (1.0 - spool_keeps);
         let mean = u + (self.spool - u) * spool_mean;
         self.spool = u + (self.spool - u) * spool_keeps;
         let theta = valve.angle(mean);
         let slope = valve.slope(theta, air);
-        let t = tuning.tick_s;
         let force_now = self.force;
         self.force += t * (slope * theta - air.stiffness * self.v);
         // Bristles are stiff: implicit, first as if they held, then as if they slid.
         let push = 0.5 * (force_now + self.force) + self.disturbance;
-        let per_mass = t / tuning.mass;
+        let per_mass = t / mass;
         let before = self.v;
-        let held = (self.v + per_mass * (push - tuning.bristle_stiffness * self.bristle)) * tuning.rates.held;
+        let held = (self.v + per_mass * (push - tuning.bristle_stiffness * self.bristle))
+            / (1.0 + per_mass * (viscous + t * tuning.bristle_stiffness));
         let most = coulomb / tuning.bristle_stiffness;
         let bristle = self.bristle + t * held;
         if bristle.abs() <= most {
@@ -69,11 +81,10 @@ impl Estimate {
         } else {
             let side = bristle.signum();
             self.bristle = side * most;
-            self.v = (self.v + per_mass * (push - side * coulomb)) * tuning.rates.sliding;
+            self.v = (self.v + per_mass * (push - side * coulomb)) / (1.0 + per_mass * viscous);
         }
         self.y += t * 0.5 * (before + self.v);
-        self.a = (self.force + self.disturbance - tuning.bristle_stiffness * self.bristle - tuning.viscous * self.v)
-            / tuning.mass;
+        self.a = (self.force + self.disturbance - tuning.bristle_stiffness * self.bristle - viscous * self.v) / mass;
         theta
     }
 }

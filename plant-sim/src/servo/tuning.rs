@@ -2,6 +2,7 @@
 
 use super::reference::Limits;
 use plant_model::Rig;
+use rig_files::tuning::{FORCE_RATE, Rule};
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,10 +43,12 @@ pub struct Tuning {
     pub hold_m: [f64; 2],
     /// Hold: enter below this speed, m/s.
     pub hold_speed: f64,
-    /// Hold: time over which its error, speed and force are means, s.
-    pub hold_mean_s: f64,
     /// Hold: ticks of rest before entering.
     pub hold_ticks: u32,
+    /// Hold: change of force that may have moved the piston, N.
+    pub hold_force: f64,
+    /// Hold: ticks after entering within which the piston may still coast.
+    pub coast_ticks: u32,
     /// Stick: mean speed below which the piston sticks, m/s.
     pub stick_speed: f64,
     /// Stick: ticks before the force is led.
@@ -54,23 +57,8 @@ pub struct Tuning {
     pub stick_gain: f64,
     /// Stick: how fast the force follows, 1/s.
     pub stick_force_rate: f64,
-    /// What the tick would otherwise divide by.
-    pub rates: Rates,
-}
-
-/// Precomputed quotients.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rates {
-    /// Part of the distance to the command that the spool still has after a tick.
-    pub spool_keeps: f64,
-    /// The same, mean over the tick.
-    pub spool_mean: f64,
-    /// Weight of a new value in the means of hold.
-    pub hold_mean: f64,
-    /// Of the velocity, with the bristles holding.
-    pub held: f64,
-    /// Of the velocity, with the bristles sliding.
-    pub sliding: f64,
+    /// Hold: weight of a new value in the means of error, speed and force.
+    pub hold_weight: f64,
 }
 
 impl Tuning {
@@ -78,37 +66,37 @@ impl Tuning {
     #[must_use]
     pub fn of(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> Self {
         let (valve, friction) = (&rig.valve, &rig.friction);
-        let Air { speed, natural_w, jerk, centre_v, half_v } = air(rig);
-        let [by_delay, by_jerk] = law_bandwidths(rig, lag_s, tick_s);
-        let law_w = by_delay.min(by_jerk);
+        let Rule { speed, acceleration, jerk, law_w, observer_w, .. } = Rule::of(rig, lag_s, tick_s);
+        let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
+        let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
         Self {
             tick_s,
-            limits: Limits { speed: 0.85 * speed, acceleration: 0.65 * speed * natural_w, jerk: 0.51 * jerk },
+            limits: Limits { speed, acceleration, jerk },
             law_w,
-            observer_w: 1.7 * law_w,
-            force_rate: 375.0,
+            observer_w,
+            force_rate: FORCE_RATE,
             mass: rig.load.mass_kg,
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: 0.55,
+            coulomb_start: 0.7,
             lag_s,
             zone_v: [half_v; 2],
             centre_v,
             most_v: valve.max_voltage_v,
             blend: 0.01,
             learn: [10.0, 5.0, 4.5],
-            hold_m: [22e-6, 45e-6],
-            hold_speed: 3e-3,
-            hold_mean_s: 8e-3,
+            hold_m: [20e-6, 40e-6],
+            hold_speed: 1.8e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
+            hold_force: 0.1 * friction.coulomb_n,
+            coast_ticks: (0.2 / tick_s) as u32,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: 3.0,
             stick_force_rate: law_w / 1.5,
-            rates: Rates::default(),
+            hold_weight: tick_s / 8e-3,
         }
-        .finished()
     }
 
     /// The same with hold and stick judging `scale` times as coarsely, for a noisier position.
@@ -119,49 +107,10 @@ impl Tuning {
         self.stick_speed *= scale;
         self
     }
-
-    /// The same with its quotients computed anew, after a constant was changed.
-    #[must_use]
-    pub fn finished(mut self) -> Self {
-        let (t, m) = (self.tick_s, self.mass);
-        let keeps = if self.lag_s > 0.0 { (-t / self.lag_s).exp() } else { 0.0 };
-        self.rates = Rates {
-            spool_keeps: keeps,
-            spool_mean: self.lag_s / t * (1.0 - keeps),
-            hold_mean: t / self.hold_mean_s,
-            held: 1.0 / (1.0 + t / m * (self.viscous + t * self.bristle_stiffness)),
-            sliding: 1.0 / (1.0 + t / m * self.viscous),
-        };
-        self
-    }
-}
-
-/// What the air can do at mid-stroke.
-struct Air {
-    speed: f64,
-    natural_w: f64,
-    jerk: f64,
-    centre_v: f64,
-    half_v: f64,
-}
-
-fn air(rig: &Rig<f64>) -> Air {
-    let (gas, valve, cylinder) = (&rig.gas, &rig.valve, &rig.cylinder);
-    let p = rig.equilibrium_pressure_pa();
-    let area = cylinder.mean_area_m2();
-    let stiffness =
-        gas.heat_capacity_ratio * area * area * p * (1.0 / cylinder.volume_a0_m3 + 1.0 / cylinder.volume_b0_m3);
-    let natural_w = (stiffness / rig.load.mass_kg).sqrt();
-    let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
-    let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
-    let angle = (2.0 * (valve.max_voltage_v - centre_v.abs() - half_v)).atan();
-    let flow = gas.gas_constant_j_per_kg_k * gas.temperature_k * rig.linear_coefficients_kg_per_s_pa()[0];
-    let speed = flow * (rig.supply.pressure_pa - p) * angle / (area * p);
-    Air { speed, natural_w, jerk: speed * natural_w * natural_w, centre_v, half_v }
 }
 
 /// Bandwidths of the law that delay and lag allow, and that the air's jerk allows for an error of half a millimetre, rad/s.
 #[must_use]
 pub fn law_bandwidths(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> [f64; 2] {
-    [0.32 / (1.5 * tick_s + lag_s), (air(rig).jerk / 0.5e-3).cbrt()]
+    Rule::of(rig, lag_s, tick_s).bandwidths
 }

@@ -35,6 +35,12 @@ impl Dac {
         self.holding as u16
     }
 
+    /// The code that is converted: what a trigger has latched.
+    #[must_use]
+    pub fn latched(&self) -> u16 {
+        self.output as u16
+    }
+
     /// TRGO of TIM6.
     pub(crate) fn trigger_tim6(&mut self) {
         if self.cr & (ENABLE | TRIGGERED) == ENABLE | TRIGGERED && self.cr >> 2 & 15 == TRIGGER_TIM6 {

@@ -1,7 +1,7 @@
 //! Faults below the software: lost triggers, flash that fails, words that rot, a supply that goes. Each ends in a named state.
 
 use board_link::{
-    Command, FRAME_BYTES, Generator, PROTOCOL_VERSION, Parameter, Refusal, Reply, Request, Response, encode,
+    Command, FRAME_BYTES, Generator, PROTOCOL_VERSION, Parameter, Refusal, Reply, Request, Response, Shape, encode,
 };
 use defmt_decoder::DecodeError;
 use stm32_emulator::peripherals::flash::Ecc;
@@ -10,6 +10,7 @@ use stm32_emulator::rtt;
 use stm32_emulator::time::to_seconds;
 
 use control::Reason;
+use firmware_core::output_tolerance;
 
 use super::{Bench, CONTROL_INTERRUPT, MILLISECOND, elf};
 
@@ -446,4 +447,60 @@ fn lost_ticks_late_codes_and_overwritten_samples_are_counted_apart() {
         assert_eq!(bench.run(5.0 * MILLISECOND), None);
         assert_eq!(counters(&mut bench), expected);
     }
+}
+
+#[test]
+fn an_output_stuck_at_a_code_takes_the_air_within_four_ticks_of_the_first_wrong_code() {
+    let Some(elf) = elf() else { return };
+    let mut moving = Bench::armed(elf);
+    let shape = Shape::Sine;
+    moving.done(Command::Generate(Generator::Repeat { shape, centre_um: 0, amplitude_um: 200_000, period_ms: 1_000 }));
+    assert_eq!(moving.run(0.6), None);
+    let mut worst = (0_u32, 0.0_f64);
+    for instant in 0..10 {
+        assert_eq!(moving.run(0.1), None);
+        let code = moving.machine().chip.dac.holding();
+        for stuck in [code, 0, 4095, 2048] {
+            let mut bench = moving.copy();
+            bench.machine().chip.dac.stuck_at = Some(stuck);
+            let mut wrong = None;
+            let mut ticks = 0;
+            while bench.air() {
+                // What the timer latches next.
+                let written = bench.machine().chip.dac.holding();
+                if wrong.is_none() && written.abs_diff(stuck) > output_tolerance(written) {
+                    wrong = Some((ticks, bench.machine().chip.analog.position_m()));
+                }
+                assert_eq!(bench.run(MILLISECOND), None);
+                ticks += 1;
+                assert!(ticks < 2_000, "stuck at {stuck}, instant {instant}: nobody noticed");
+            }
+            let to_m = bench.machine().chip.analog.position_m();
+            let state = bench.state();
+            let (since, from_m) =
+                wrong.unwrap_or_else(|| panic!("{state}: stuck at {stuck}, which is right, instant {instant}"));
+            let moved_m = (to_m - from_m).abs();
+            worst = (worst.0.max(ticks - since), worst.1.max(moved_m));
+            assert_eq!(state, "safe:valve-output", "stuck at {stuck}, instant {instant}");
+        }
+    }
+    println!("air off at most {} ticks after the first wrong code, {:.1} mm further on", worst.0, 1e3 * worst.1);
+    assert!(worst.0 <= 4, "{worst:?}");
+    assert!(worst.1 < 0.005, "{worst:?}");
+}
+
+#[test]
+fn an_output_stuck_while_idle_takes_the_air_and_cannot_be_acknowledged_away() {
+    let Some(elf) = elf() else { return };
+    let mut bench = Bench::idle(elf);
+    assert!(bench.air());
+    bench.machine().chip.dac.stuck_at = Some(4095);
+    assert_eq!(bench.run(5.0 * MILLISECOND), None);
+    assert!(!bench.air());
+    assert_eq!(bench.state(), "safe:valve-output");
+    assert_eq!(bench.ask(Command::Acknowledge).result, Err(Refusal::State));
+    bench.machine().chip.dac.stuck_at = None;
+    bench.done(Command::Acknowledge);
+    assert_eq!(bench.run(0.3), None);
+    assert_eq!(bench.state(), "idle");
 }

@@ -1,0 +1,140 @@
+//! Constants of any size, and the two operations that the law needs beyond sums and products: quotient and root.
+//!
+//! A constant like `w³` spans five decades over the rigs. So each keeps 31 significant bits with a shift of its own; the formats
+//! it converts between are its type, and a product is one 32 × 32 → 64 bit multiplication.
+
+use crate::arithmetic::saturate;
+use core::marker::PhantomData;
+use fixed::traits::Fixed;
+
+/// A constant factor from a quantity of format `A` to one of format `B`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Factor<A, B> {
+    mantissa: i32,
+    /// Less one, so that rounding needs no shift of its own; 0 to 61.
+    shift: u8,
+    formats: PhantomData<(A, B)>,
+}
+
+/// `value · 2^bits` as a mantissa of 31 bits and a shift. Once for all formats: flash is small, and this runs only at start.
+#[inline(never)]
+fn normalised(value: f64, bits: i32) -> (i32, u8) {
+    let scale = (1_u64 << bits.unsigned_abs().min(62)) as f64;
+    let mut mantissa = 2.0 * if bits < 0 { value / scale } else { value * scale };
+    let mut shift = 0;
+    while mantissa.abs() < (1_u32 << 30) as f64 && shift < 61 {
+        mantissa *= 2.0;
+        shift += 1;
+    }
+    let half = if mantissa < 0.0 { -0.5 } else { 0.5 };
+    // A float's conversion saturates.
+    ((mantissa + half) as i32, shift)
+}
+
+impl<A: Fixed<Bits = i32>, B: Fixed<Bits = i32>> Factor<A, B> {
+    /// For a value in SI units; what is too large saturates.
+    pub(crate) fn new(value: f64) -> Self {
+        let (mantissa, shift) = normalised(value, B::FRAC_NBITS as i32 - A::FRAC_NBITS as i32);
+        Self { mantissa, shift, formats: PhantomData }
+    }
+
+    /// The product, rounded to nearest, before it is saturated.
+    #[inline]
+    pub(crate) fn wide(self, x: A) -> i64 {
+        // At most 2^62 in magnitude before the shift.
+        (((i64::from(x.to_bits()) * i64::from(self.mantissa)) >> self.shift) + 1) >> 1
+    }
+
+    /// The product, rounded to nearest and saturated.
+    #[inline]
+    pub(crate) fn of(self, x: A) -> B {
+        B::from_bits(saturate(self.wide(x)))
+    }
+}
+
+/// `n / d · 2^bits` with a relative error below 2^-26, saturated; `bits` up to 31. A `d` of zero counts as one.
+///
+/// One 32-bit division and a Newton step: a 64-bit division is a library call of some hundred instructions.
+#[inline]
+pub(crate) fn quotient(n: i32, d: u32, bits: u32) -> i32 {
+    let d = d.max(1);
+    let zeros = d.leading_zeros();
+    let normal = d << zeros;
+    // 2^48 / normal to 15 bits; the bit that is set is set anyway, and shows the compiler that the divisor is not zero.
+    let first = u64::from(u32::MAX / ((normal >> 16) | 0x8000));
+    // 2^48 − normal · first is below 2^34 in magnitude.
+    let error = (1_i64 << 48) - (u64::from(normal) * first) as i64;
+    // 2^63 / normal, at most 2^32.
+    let inverse = ((first << 15) as i64 + ((first as i64 * (error >> 16)) >> 17)).min(i64::from(u32::MAX));
+    // Below 2^63; the shift is 63 − zeros − bits, at least 1.
+    saturate((i64::from(n) * inverse) >> (63 - zeros - bits.min(31)))
+}
+
+/// `exp(−x)` with 28 fractional bits for an `x` with 26, to 2e-7: a 64th of it by the series, then squared six times.
+#[inline]
+pub(crate) fn falling_q28(x: u32) -> i32 {
+    const ONE: i64 = 1 << 30;
+    // With 30 fractional bits; x is below 32, a 64th of it below one half.
+    let x = i64::from(x >> 2).min(ONE / 2);
+    let times = |a: i64, b: i64| (a * b + ONE / 2) >> 30;
+    let square = times(x, x);
+    let mut y = ONE - x + square / 2 - times(square, x) / 6 + times(square, square) / 24;
+    for _ in 0..6 {
+        y = times(y, y);
+    }
+    ((y + 2) >> 2) as i32
+}
+
+/// `sqrt(n · 2^26)`: the root of a number with 26 fractional bits, to 2^-15 of its last 16 bits.
+#[inline]
+pub(crate) fn root_q26(n: u32) -> u32 {
+    if n == 0 {
+        return 0;
+    }
+    let zeros = n.leading_zeros() & !1;
+    let normal = n << zeros;
+    // At least 2^15, at most 2^16 − 1; the rest is at most twice that.
+    let root = normal.isqrt();
+    let fine = (root << 14) + ((normal - root * root) << 14) / ((2 * root) | 0x1_0000);
+    fine >> (1 + zeros / 2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantities::{Position, Velocity};
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_factor_converts_between_formats_and_saturates() {
+        let factor = Factor::<Position, Velocity>::new(100.0);
+        assert_eq!(factor.of(Position::from_num(0.25)), Velocity::from_num(25));
+        assert_eq!(Factor::<Position, Velocity>::new(-1e12).of(Position::MAX), Velocity::MIN);
+        assert_eq!(Factor::<Position, Velocity>::new(1e-9).of(Position::from_num(1)), Velocity::ZERO);
+    }
+
+    #[test]
+    fn the_exponential_falls_within_its_bound() {
+        for step in 0..40_000 {
+            let x = f64::from(step) / 2000.0;
+            let found = f64::from(falling_q28((x * f64::exp2(26.0)) as u32)) / f64::exp2(28.0);
+            assert!((found - (-x).exp()).abs() < 2e-7, "{x}: {found} against {}", (-x).exp());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn quotients_are_right_to_a_part_in_2_to_26(n in any::<i32>(), d in 1_u32.., bits in 0_u32..=31) {
+            let exact = f64::from(n) / f64::from(d) * f64::from(bits).exp2();
+            let exact = exact.clamp(f64::from(i32::MIN), f64::from(i32::MAX));
+            let found = f64::from(quotient(n, d, bits));
+            prop_assert!((found - exact).abs() <= exact.abs() * f64::exp2(-26.0) + 1.0, "{found} against {exact}");
+        }
+
+        #[test]
+        fn roots_are_right_to_a_part_in_2_to_15_of_their_last_16_bits(n in any::<u32>()) {
+            let exact = (f64::from(n) * f64::exp2(26.0)).sqrt();
+            prop_assert!((f64::from(root_q26(n)) - exact).abs() <= exact * f64::exp2(-28.0) + 1.0);
+        }
+    }
+}

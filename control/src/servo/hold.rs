@@ -1,0 +1,135 @@
+//! Hold: a silent valve once the piston rests on its target.
+
+use super::factor::Factor;
+use super::{Acceleration, Caution, Jerk};
+use crate::quantities::{Position, Velocity};
+
+/// Constants of hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct HoldLimits {
+    /// Enter below this mean error.
+    pub(crate) enter: Position,
+    /// Leave beyond this one.
+    pub(crate) leave: Position,
+    /// Leave when the target has moved by this much.
+    pub(crate) target: Position,
+    /// Leave beyond this mean over eight times as many ticks, and at once beyond that error.
+    pub(crate) leave_slowly: Position,
+    /// See `leave_slowly`.
+    pub(crate) leave_at_once: Position,
+    /// Ticks after entering within which the piston may still coast.
+    pub(crate) coast_ticks: u16,
+    /// Change of force that may have moved the piston.
+    pub(crate) force: Acceleration,
+    /// Enter below this mean speed.
+    pub(crate) speed: Velocity,
+    /// Ticks of rest before entering.
+    pub(crate) ticks: u16,
+    /// Weights of a new value in the means.
+    pub(crate) weights: Weights,
+    /// Drift of the force at which a pulse brings it back.
+    pub(crate) drift: Acceleration,
+    /// Rate of force of a pulse.
+    pub(crate) pulse: Jerk,
+}
+
+/// The weight of a new value, for each quantity that is averaged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Weights {
+    /// Of the error.
+    pub(crate) error: Factor<Position, Position>,
+    /// Of the error while holding.
+    pub(crate) slow: Factor<Position, Position>,
+    /// Of the velocity.
+    pub(crate) v: Factor<Velocity, Velocity>,
+    /// Of the force.
+    pub(crate) force: Factor<Acceleration, Acceleration>,
+}
+
+/// Error, velocity and force, or their means over the last few ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Means {
+    /// Target less position.
+    pub error: Position,
+    /// Velocity.
+    pub v: Velocity,
+    /// Force of the chambers, per moving mass.
+    pub force: Acceleration,
+}
+
+/// Whether the valve is held in the middle of its dead zone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hold {
+    /// Holding now.
+    pub on: bool,
+    ticks: u16,
+    target: Position,
+    force: Acceleration,
+    load: Acceleration,
+    slow: Position,
+    pulse: i8,
+    /// Means over the last few ticks.
+    pub mean: Means,
+}
+
+impl Hold {
+    /// Decides whether to hold this tick. `resting` says that the reference has arrived.
+    #[inline]
+    pub(crate) fn decide(
+        &mut self,
+        target: Position,
+        resting: bool,
+        now: Means,
+        disturbance: Acceleration,
+        (limits, caution): (&HoldLimits, Caution),
+    ) -> bool {
+        let (mean, weights) = (&mut self.mean, &limits.weights);
+        mean.error = mean.error.saturating_add(weights.error.of(now.error.saturating_sub(mean.error)));
+        mean.v = mean.v.saturating_add(weights.v.of(now.v.saturating_sub(mean.v)));
+        mean.force = mean.force.saturating_add(weights.force.of(now.force.saturating_sub(mean.force)));
+        let error = mean.error.saturating_abs();
+        if self.on {
+            self.ticks = self.ticks.saturating_add(1);
+            // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
+            self.slow = self.slow.saturating_add(weights.slow.of(now.error.saturating_sub(self.slow)));
+            let may_move = self.ticks < limits.coast_ticks
+                || mean.force.saturating_sub(self.force).saturating_abs() > limits.force;
+            let off = (may_move && error > caution.of(limits.leave))
+                || self.slow.saturating_abs() > caution.of(limits.leave_slowly)
+                || error > caution.of(limits.leave_at_once);
+            if off || target.saturating_sub(self.target).saturating_abs() > limits.target {
+                self.on = false;
+                self.ticks = 0;
+            }
+        } else if resting && error < caution.of(limits.enter) && mean.v.saturating_abs() < caution.of(limits.speed) {
+            self.ticks = self.ticks.saturating_add(1);
+            if self.ticks >= limits.ticks {
+                (self.on, self.target, self.force, self.pulse) = (true, target, mean.force, 0);
+                (self.load, self.slow) = (disturbance, mean.error);
+            }
+        } else {
+            self.ticks = 0;
+        }
+        self.on
+    }
+
+    /// Rate of force that brings back what leaked away: zero, but for a pulse once the force has drifted away from the middle
+    /// of what friction holds. Drift towards the middle only holds the piston safer.
+    #[inline]
+    pub(crate) fn restoring_rate(&mut self, limits: &HoldLimits) -> Jerk {
+        let drift = self.force.saturating_sub(self.mean.force);
+        let off_middle = self.mean.force.saturating_add(self.load);
+        let outward = (drift > 0 && off_middle < 0) || (drift < 0 && off_middle > 0);
+        if outward && drift.saturating_abs() > limits.drift {
+            self.pulse = if drift > 0 { 1 } else { -1 };
+        }
+        if (self.pulse > 0 && drift <= 0) || (self.pulse < 0 && drift >= 0) {
+            self.pulse = 0;
+        }
+        match self.pulse {
+            0 => Jerk::ZERO,
+            1.. => limits.pulse,
+            _ => -limits.pulse,
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! The law: a jerk that places three poles at `−w`, and the opening of the valve that gives it.
+
+use super::air::Air;
+use super::factor::{Factor, quotient};
+use super::hold::Means;
+use super::reference::Motion;
+use super::stick::{LeadGains, Stick};
+use super::{Acceleration, Angle, Jerk, ServoState, Tuning};
+use crate::arithmetic::{limit, multiply, saturate};
+use crate::quantities::{Position, Velocity, Voltage};
+
+/// Gains of one bandwidth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LawGains {
+    /// `3 w`.
+    pub(crate) a: Factor<Acceleration, Jerk>,
+    /// `3 w²`.
+    pub(crate) v: Factor<Velocity, Jerk>,
+    /// `w³`.
+    pub(crate) y: Factor<Position, Jerk>,
+    /// While the piston sticks.
+    pub(crate) lead: LeadGains,
+}
+
+/// The angle that gives a rate of force, as far as the valve goes.
+#[inline]
+fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
+    let slope = slope.to_bits().unsigned_abs();
+    limit(Angle::from_bits(quotient(rate.to_bits(), slope, 28)), -most, most)
+}
+
+/// The valve's command and its effective voltage for this tick.
+#[inline]
+pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position, air: &Air) -> [Voltage; 2] {
+    let (valve, tick, gains) = (&tuning.valve, &tuning.tick, &tuning.law);
+    let caution = tuning.caution(state.noise);
+    let estimate = state.estimate;
+    let was_holding = state.hold.on;
+    let followed = state.stream.take(target, &tuning.stream, tick);
+    let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
+        && state.motion.v.saturating_abs() < tuning.standing
+        && followed.motion.v == 0;
+    let now = Means { error: target.saturating_sub(estimate.y), v: estimate.v, force: estimate.force };
+    if state.hold.decide(target, resting, now, estimate.disturbance, (&tuning.hold, caution)) {
+        state.stick = Stick::default();
+        let rate = state.hold.restoring_rate(&tuning.hold);
+        if rate == 0 {
+            return [valve.centre, Voltage::ZERO];
+        }
+        let theta = angle_for(rate, state.valve.slope(rate > 0, air), Angle::MAX);
+        return valve.command(&state.valve, theta);
+    }
+    if was_holding {
+        state.motion = Motion::at(estimate.y);
+    }
+    let most = valve.most_angle(&state.valve);
+    let stick = (&tuning.stick, &gains.lead, tick);
+    if let Some(rate) = state.stick.rate(resting, &state.hold.mean, estimate.force, stick, caution) {
+        let theta = angle_for(rate, state.valve.slope(rate >= 0, air), most);
+        state.motion = followed.motion;
+        return valve.command(&state.valve, theta);
+    }
+    state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
+    let reference = state.motion;
+    let jerk_r = reference.jerk_towards(&followed, &tuning.limits);
+    let jerk = i64::from(jerk_r.to_bits())
+        + gains.a.wide(reference.a.saturating_sub(estimate.a))
+        + gains.v.wide(reference.v.saturating_sub(estimate.v))
+        + gains.y.wide(reference.position().saturating_sub(estimate.y));
+    let by_motion = multiply(air.stiffness.to_bits(), estimate.v.to_bits(), 24);
+    let mass = state.body.mass.to_bits();
+    let rate = Jerk::from_bits(multiply(saturate(jerk), mass, 28).saturating_add(by_motion));
+    let slope = state.valve.slope(rate >= 0, air);
+    let theta = angle_for(rate, slope, most);
+    // What the valve cannot give, the reference does not ask for.
+    let excess = if theta.saturating_abs() < most {
+        Jerk::ZERO
+    } else {
+        let missing = multiply(theta.to_bits(), slope.to_bits(), 28).saturating_sub(rate.to_bits());
+        Jerk::from_bits(quotient(missing, mass.unsigned_abs(), 28))
+    };
+    state.motion = reference.after(jerk_r.saturating_add(excess), tick);
+    valve.command(&state.valve, theta)
+}

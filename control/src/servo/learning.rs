@@ -1,0 +1,177 @@
+//! Learning: valve gain, dead zone, lag, friction and mass, slowly, within bounds, and only where the motion shows them.
+//!
+//! Each is a step of least mean squares (Åström and Wittenmark 1995, 2.5): the error, times the regressor, over one plus
+//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which friction
+//! and mass explain.
+
+use super::air::Air;
+use super::factor::{Factor, quotient};
+use super::inversion::{Valve, ValveModel};
+use super::observer::{Estimate, Opening};
+use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
+use crate::arithmetic::{limit, multiply, saturate};
+use crate::quantities::{Velocity, Voltage};
+
+/// Angle above which the flow tells the gain, rad.
+const GAIN_ANGLE: Angle = Angle::lit("0.4");
+/// Effective voltage below which the flow tells the dead zone, V.
+const ZONE: Voltage = Voltage::lit("0.25");
+/// Speed above which the disturbance tells the friction, m/s.
+const SLIDING: Velocity = Velocity::lit("0.020");
+/// Bounds of the valve's flow over its nominal flow.
+const GAIN_BOUNDS: [Ratio; 2] = [Ratio::lit("0.4"), Ratio::lit("1.8")];
+/// Bounds of the mass over its nominal value.
+const MASS_BOUNDS: [Ratio; 2] = [Ratio::lit("0.6"), Ratio::lit("1.5")];
+
+/// Constants of learning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LearningRates {
+    /// From an innovation of the force to the rate of force that was wrong.
+    pub(crate) wrong: Factor<Acceleration, Jerk>,
+    /// Per tick: gain.
+    pub(crate) gain: Factor<Ratio, Ratio>,
+    /// Per tick: dead zone.
+    pub(crate) zone: Factor<Voltage, Voltage>,
+    /// Bounds of the dead zone's half-widths, right and left.
+    pub(crate) zone_bounds: [[Voltage; 2]; 2],
+    /// Per tick: lag.
+    pub(crate) lag: Factor<Ticks, Ticks>,
+    /// How fast the change of the angle follows, per tick.
+    pub(crate) turn: Factor<Angle, Angle>,
+    /// Square of the change of angle in a tick above which the force tells the lag.
+    pub(crate) turning_square: Angle,
+    /// Bounds of the lag.
+    pub(crate) lag_bounds: [Ticks; 2],
+    /// Per tick: friction and mass, the disturbance in parts of the nominal Coulomb friction.
+    pub(crate) body: Factor<Acceleration, Part>,
+    /// Nominal Coulomb friction.
+    pub(crate) coulomb: Acceleration,
+    /// Its bounds.
+    pub(crate) coulomb_bounds: [Acceleration; 2],
+    /// Nominal viscous friction.
+    pub(crate) viscous: Damping,
+    /// Its bounds.
+    pub(crate) viscous_bounds: [Damping; 2],
+    /// From the velocity to the nominal viscous friction in parts of the Coulomb friction.
+    pub(crate) viscous_part: Factor<Velocity, Acceleration>,
+    /// From the acceleration to the inertia in parts of the Coulomb friction.
+    pub(crate) inertia_part: Factor<Acceleration, Acceleration>,
+    /// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
+    pub(crate) mass_part: Factor<Part, Part>,
+}
+
+/// The piston and its load as learned; friction per nominal mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Coulomb friction.
+    pub coulomb: Acceleration,
+    /// Viscous friction.
+    pub viscous: Damping,
+    /// Mass over nominal mass.
+    pub mass: Ratio,
+}
+
+/// The spool's lag as learned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lag {
+    /// The lag in ticks.
+    pub ticks: Ticks,
+    theta: Angle,
+    turn: Angle,
+}
+
+impl Lag {
+    /// At power-on.
+    pub(crate) fn of(ticks: Ticks) -> Self {
+        Self { ticks, ..Self::default() }
+    }
+
+    /// A spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`. `wrong` is the rate of
+    /// force that the innovation shows.
+    #[inline]
+    pub(crate) fn learn(&mut self, wrong: Jerk, theta: Angle, slope: Jerk, rates: &LearningRates) {
+        let change = theta.saturating_sub(self.theta);
+        self.theta = theta;
+        // The innovation is the model's error behind the correction's own lag; so is what it is compared with.
+        self.turn = self.turn.saturating_add(rates.turn.of(change.saturating_sub(self.turn)));
+        let turn = self.turn.to_bits();
+        let radians = quotient(wrong.to_bits(), slope.to_bits().unsigned_abs(), 28);
+        let square = multiply(turn, turn, 28).saturating_add(rates.turning_square.to_bits());
+        let step = quotient(multiply(radians, turn, 28), square.unsigned_abs(), Ticks::FRAC_NBITS);
+        let [least, most] = rates.lag_bounds;
+        self.ticks = limit(self.ticks.saturating_sub(rates.lag.of(Ticks::from_bits(step))), least, most);
+    }
+}
+
+/// The valve's gain and dead zone, from what one tick shows; `wrong` is the rate of force that the innovation shows.
+#[inline]
+pub(crate) fn learn_valve(
+    (valve, model): (&Valve, &mut ValveModel),
+    wrong: Jerk,
+    opening: &Opening,
+    air: &Air,
+    rates: &LearningRates,
+) {
+    let Opening { w, theta } = *opening;
+    let fills_a = theta >= 0;
+    let side = usize::from(!fills_a);
+    // Towards a stronger valve on this side.
+    let outward = if fills_a { wrong } else { wrong.saturating_neg() }.to_bits();
+    let slope = model.slope(fills_a, air).to_bits();
+    if theta.saturating_abs() > GAIN_ANGLE {
+        let asked = multiply(slope, theta.to_bits().saturating_abs(), 28);
+        let gain = &mut model.gains[side];
+        let part = quotient(outward, asked.unsigned_abs(), 28);
+        let change = Ratio::from_bits(multiply(part, gain.to_bits(), 28));
+        *gain = limit(gain.saturating_add(rates.gain.of(change)), GAIN_BOUNDS[0], GAIN_BOUNDS[1]);
+    } else if w.saturating_abs() < ZONE && theta != 0 {
+        // The voltage that makes up the wrong rate: dw = dθ (1 + 4 w²) / 2, and 1 / slope behind the dead zone.
+        let radians = quotient(outward, slope.unsigned_abs(), 24);
+        let half = 1 << 23;
+        let stretch = half + multiply(w.to_bits(), w.to_bits(), 23);
+        let volts = multiply(multiply(radians, stretch, 24), valve.per_slopes_q16[side], 16);
+        let [least, most] = rates.zone_bounds[side];
+        let zone = &mut model.zones[side];
+        *zone = limit(zone.saturating_sub(rates.zone.of(Voltage::from_bits(volts))), least, most);
+    }
+}
+
+/// Friction and mass, from what the disturbance of one tick shows.
+#[inline]
+pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, rates: &LearningRates) {
+    if estimate.v.saturating_abs() < SLIDING {
+        return;
+    }
+    let forwards = estimate.v > 0;
+    let along = |x: Acceleration| if forwards { x } else { x.saturating_neg() };
+    // In parts of the nominal Coulomb friction, along the motion: parts have 16 fractional bits.
+    let wrong = along(estimate.disturbance).saturating_neg();
+    let viscous = along(rates.viscous_part.of(estimate.v));
+    let inert = along(rates.inertia_part.of(estimate.a));
+    let over_square = |x: Acceleration, one: i32| {
+        // 1 / (1 + x²), or x of it.
+        let square = (i64::from(x.to_bits()) * i64::from(x.to_bits())) >> 16;
+        quotient(one, saturate(square + (1 << 16)).unsigned_abs(), 26)
+    };
+    let step = rates.body.of(wrong).to_bits();
+    let friction_step = multiply(step, over_square(viscous, 1 << 16), 26);
+    let mass_step = rates.mass_part.of(Part::from_bits(multiply(step, over_square(inert, inert.to_bits()), 26)));
+    let before = *body;
+    let coulomb = Acceleration::from_bits(multiply(friction_step, rates.coulomb.to_bits(), 26));
+    let [least, most] = rates.coulomb_bounds;
+    body.coulomb = limit(before.coulomb.saturating_add(coulomb), least, most);
+    let part = multiply(friction_step, viscous.to_bits(), 16);
+    let [least, most] = rates.viscous_bounds;
+    let change = Damping::from_bits(multiply(part, rates.viscous.to_bits(), 26));
+    body.viscous = limit(before.viscous.saturating_add(change), least, most);
+    let [least, most] = MASS_BOUNDS;
+    let change = Ratio::from_bits(mass_step.to_bits().saturating_mul(4));
+    body.mass = limit(before.mass.saturating_add(change), least, most);
+    // What is now explained is no longer a disturbance.
+    let viscous = multiply((body.viscous - before.viscous).to_bits(), estimate.v.to_bits(), 24);
+    let inert = multiply((body.mass - before.mass).to_bits(), estimate.a.to_bits(), 28);
+    estimate.disturbance = estimate
+        .disturbance
+        .saturating_add(along(body.coulomb - before.coulomb))
+        .saturating_add(Acceleration::from_bits(viscous.saturating_add(inert)));
+}

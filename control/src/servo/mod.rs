@@ -1,0 +1,207 @@
+//! The positioning law: `docs/control-law.md` derives it; files in the order of the data.
+//!
+//! ```text
+//! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each
+//!                       ▲         ▲       ▲   ▲
+//!                       └ excess ─┘       │   └─ hold, stick          silent at rest; breaking away
+//!                            observer ────┘   └─ learning             valve gain, dead zone, friction
+//! ```
+//!
+//! Forces are per nominal moving mass, so that the tick never needs the mass, and a force has the format of an acceleration:
+//!
+//! | quantity | type | unit | range | resolution |
+//! | --- | --- | --- | --- | --- |
+//! | position, velocity, pressure, voltage | see [`quantities`](crate::quantities) | | | |
+//! | acceleration, force per moving mass | [`Acceleration`] = I16F16 | m/s2 | ±32,768 | 1.5e-5 |
+//! | jerk, rate of force per moving mass, its slope per radian | [`Jerk`] = I24F8 | m/s3 | ±8.4e6 | 0.004 |
+//! | viscous friction per moving mass | [`Damping`] = I16F16 | 1/s | ±32,768 | 1.5e-5 |
+//! | lag | [`Ticks`] = I16F16 | ticks | ±32,768 | 1.5e-5 |
+//! | stiffness over mass | [`Stiffness`] = I24F8 | 1/s2 | ±8.4e6 | 0.004 |
+//! | angle `θ = atan(2 w)` | [`Angle`] = I4F28 | rad | ±8 | 4e-9 |
+//! | flow over nominal flow | [`Ratio`] = I4F28 | 1 | ±8 | 4e-9 |
+//!
+//! The finest force that means anything is a twentieth of the noise of a pressure code, 20 Pa: 0.01 m/s2 on the paper's
+//! cylinders. Sums saturate, products are made in 64 bits, rounded, and saturate. Constants are [`Tuning`].
+
+mod air;
+mod angle;
+mod factor;
+pub mod hold;
+pub mod inversion;
+mod law;
+pub mod learning;
+pub mod observer;
+pub mod reference;
+pub mod stick;
+pub mod stream;
+mod tuning;
+
+use crate::arithmetic::multiply;
+use crate::quantities::{Position, Pressure, Velocity, Voltage};
+use factor::Factor;
+use fixed::traits::Fixed;
+use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
+use hold::Hold;
+use inversion::ValveModel;
+use learning::{Body, Lag};
+use observer::Estimate;
+use reference::Motion;
+use stick::Stick;
+use stream::Stream;
+pub use tuning::Tuning;
+
+/// An acceleration, or a force per moving mass, m/s2.
+pub type Acceleration = I16F16;
+/// A jerk, or a rate of force per moving mass, m/s3.
+pub type Jerk = I24F8;
+/// A stiffness over the moving mass, 1/s2.
+pub type Stiffness = I24F8;
+/// A viscous friction per moving mass, 1/s.
+pub type Damping = I16F16;
+/// A time in ticks.
+pub type Ticks = I16F16;
+/// An angle, rad.
+pub type Angle = I4F28;
+/// A ratio.
+pub type Ratio = I4F28;
+/// A part of a limit, or a quantity in units of the limits.
+type Part = I6F26;
+/// A noise, um.
+type Micrometres = I12F20;
+
+/// From a rate to its change in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tick {
+    velocity: Factor<Velocity, Position>,
+    acceleration: Factor<Acceleration, Velocity>,
+    jerk: Factor<Jerk, Acceleration>,
+    /// The tick in s, 32 fractional bits.
+    q32: u32,
+}
+
+/// By how much more coarsely hold and stick judge a noisy position, 1 to 4, 24 fractional bits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Caution(i32);
+
+impl Caution {
+    #[inline]
+    fn of<T: Fixed<Bits = i32>>(self, limit: T) -> T {
+        T::from_bits(multiply(limit.to_bits(), self.0, 24))
+    }
+}
+
+/// What the sensors read in one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Readings {
+    /// Position.
+    pub(crate) y: Position,
+    /// Pressures of chamber A and B, absolute; `None` where the sensor is lost or none is fitted.
+    pub(crate) chambers: [Option<Pressure>; 2],
+    /// Supply pressure, absolute; `None` where it is not measured.
+    pub(crate) supply: Option<Pressure>,
+}
+
+/// What the law remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ServoState {
+    /// The rig as it was estimated.
+    pub estimate: Estimate,
+    /// Where the piston should be.
+    pub motion: Motion,
+    /// The valve as learned.
+    pub valve: ValveModel,
+    /// Friction and mass as learned.
+    pub body: Body,
+    /// Lag of the spool as learned.
+    pub lag: Lag,
+    /// Hold.
+    pub hold: Hold,
+    stream: Stream,
+    stick: Stick,
+    noise: Micrometres,
+    acting: Voltage,
+    forces: [Acceleration; 3],
+    /// Whether anything was learned since power-on.
+    learned: bool,
+}
+
+impl ServoState {
+    /// At the beginning of a run; what was learned in an earlier one is kept.
+    fn begin(
+        &mut self,
+        tuning: &Tuning,
+        target: Position,
+        y: Position,
+        force: Acceleration,
+        forces: [Acceleration; 3],
+    ) {
+        if !self.learned {
+            self.learned = true;
+            self.valve = ValveModel { zones: tuning.valve.zones, gains: [Ratio::ONE; 2] };
+            self.body = tuning.body;
+            self.lag = Lag::of(tuning.lag);
+        }
+        let (centre, at_rest) = (tuning.valve.centre, Motion::at(y));
+        *self = Self {
+            estimate: Estimate { y, force, disturbance: force.saturating_neg(), spool: centre, ..Estimate::default() },
+            motion: at_rest,
+            stream: Stream::at(target),
+            acting: centre,
+            forces,
+            valve: self.valve,
+            body: self.body,
+            lag: Lag::of(self.lag.ticks),
+            learned: true,
+            ..Self::default()
+        };
+    }
+}
+
+impl Tuning {
+    /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run.
+    #[inline]
+    pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
+        let chambers = &self.chambers;
+        let force_of = |pressure: Pressure| chambers.per_pa.of(pressure);
+        let [f_a, f_b] = read.chambers.map(|pressure| pressure.map(force_of));
+        let measured = f_a.zip(f_b).map(|(f_a, f_b)| f_a.saturating_sub(f_b));
+        let supply = read.supply.map_or(chambers.nominal_supply, force_of);
+        let force = if begin { Acceleration::ZERO } else { state.estimate.force };
+        let forces = chambers.complete([f_a, f_b], supply, force);
+        if begin {
+            state.begin(self, target, read.y, measured.unwrap_or(force), forces);
+        }
+        for (slow, now) in state.forces.iter_mut().zip(forces) {
+            *slow = slow.saturating_add(chambers.follow.of(now.saturating_sub(*slow)));
+        }
+        let air = chambers.air(state.estimate.y, state.forces);
+        let innovation = state.estimate.correct(read.y, measured, &self.observer);
+        let valve = (&self.valve, &state.valve);
+        let opening =
+            state.estimate.predict(state.acting, &air, valve, (&state.lag, &state.body), (&self.observer, &self.tick));
+        if let Some(force) = innovation.force {
+            // A wrong rate of force stands as an innovation of that rate over the correction's.
+            let wrong = self.learning.wrong.of(force);
+            let slope = state.valve.slope(opening.theta >= 0, &air);
+            state.lag.learn(wrong, opening.theta, slope, &self.learning);
+            learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
+            learning::learn_body(&mut state.body, &mut state.estimate, &self.learning);
+        } else {
+            state.estimate.unseen_force(&self.observer);
+        }
+        let wrong = self.noise_of.of(innovation.y.saturating_abs());
+        state.noise = state.noise.saturating_add(self.noise_follow.of(wrong.saturating_sub(state.noise)));
+        let command = law::command(self, state, target, &air);
+        state.acting = command[0];
+        command
+    }
+
+    /// A noisier position is judged more coarsely.
+    #[inline]
+    fn caution(&self, noise: Micrometres) -> Caution {
+        Caution(self.caution_of.of(noise).to_bits().clamp(1 << 24, 4 << 24))
+    }
+}
+
+#[cfg(test)]
+mod tests;

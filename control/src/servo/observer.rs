@@ -1,0 +1,159 @@
+//! The observer: position, velocity, chamber force, friction and disturbance out of noisy position and pressures.
+//!
+//! It is a model of the rig that runs one tick ahead of the samples, because the output is one tick late: what it
+//! predicts is what the valve will find. The difference to the samples corrects it.
+
+use super::air::Air;
+use super::angle::angle;
+use super::factor::{Factor, falling_q28, quotient};
+use super::inversion::{Valve, ValveModel};
+use super::learning::{Body, Lag};
+use super::{Acceleration, Angle, Jerk, Tick, Ticks};
+use crate::arithmetic::{limit, multiply, saturate};
+use crate::quantities::{Position, Velocity, Voltage};
+
+/// Constants of the observer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ObserverGains {
+    /// `3 w_o T`.
+    pub(crate) y: Factor<Position, Position>,
+    /// `3 w_o² T`.
+    pub(crate) v: Factor<Position, Velocity>,
+    /// `w_o³ T`.
+    pub(crate) disturbance: Factor<Position, Acceleration>,
+    /// How fast the estimated force follows the measured one, per tick.
+    pub(crate) force: Factor<Acceleration, Acceleration>,
+    /// How fast an unmeasured force takes up what the model does not explain, per tick.
+    pub(crate) unseen: Factor<Acceleration, Acceleration>,
+    /// Stiffness of the bristles, `T² σ_0 / M`, 24 fractional bits.
+    pub(crate) bristle_q24: i32,
+    /// `T σ_0 / M`: from velocity to the change of the bristles' force.
+    pub(crate) bristle: Factor<Velocity, Acceleration>,
+}
+
+/// What is known of the rig at the next tick. Forces are per moving mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Position.
+    pub y: Position,
+    /// Velocity.
+    pub v: Velocity,
+    /// Acceleration.
+    pub a: Acceleration,
+    /// Force of the chambers on the piston.
+    pub force: Acceleration,
+    /// Force of the seal's bristles.
+    pub bristle: Acceleration,
+    /// What the model does not explain.
+    pub disturbance: Acceleration,
+    /// Spool position.
+    pub spool: Voltage,
+}
+
+/// What the samples disagree with, before they correct the estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Innovation {
+    /// Of the force; `None` where no pressures are measured.
+    pub(crate) force: Option<Acceleration>,
+    /// Of the position.
+    pub(crate) y: Position,
+}
+
+/// How far the valve is open while a tick passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Opening {
+    /// Effective voltage.
+    pub(crate) w: Voltage,
+    /// Its angle.
+    pub(crate) theta: Angle,
+}
+
+/// How the spool follows its command within a tick, 28 fractional bits.
+struct Spool {
+    /// Part of the distance to the command that the spool still has after the tick.
+    keeps_q28: i32,
+    /// The same, mean over the tick.
+    mean_q28: i32,
+}
+
+impl Spool {
+    #[inline]
+    fn of(lag: Ticks) -> Self {
+        if lag <= 0 {
+            return Self { keeps_q28: 0, mean_q28: 0 };
+        }
+        let keeps_q28 = falling_q28(quotient(1 << 16, lag.to_bits().unsigned_abs(), 26).unsigned_abs());
+        Self { keeps_q28, mean_q28: multiply(lag.to_bits(), (1 << 28) - keeps_q28, 16) }
+    }
+}
+
+impl Estimate {
+    /// Corrects the prediction by this tick's samples.
+    #[inline]
+    pub(crate) fn correct(&mut self, y: Position, force: Option<Acceleration>, gains: &ObserverGains) -> Innovation {
+        let e = y.saturating_sub(self.y);
+        self.y = self.y.saturating_add(gains.y.of(e));
+        self.v = self.v.saturating_add(gains.v.of(e));
+        self.disturbance = self.disturbance.saturating_add(gains.disturbance.of(e));
+        let force = force.map(|force| force.saturating_sub(self.force));
+        if let Some(wrong) = force {
+            self.force = self.force.saturating_add(gains.force.of(wrong));
+        }
+        Innovation { force, y: e }
+    }
+
+    /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
+    /// depend; the sum of both stays.
+    #[inline]
+    pub(crate) fn unseen_force(&mut self, gains: &ObserverGains) {
+        let part = gains.unseen.of(self.disturbance);
+        self.force = self.force.saturating_add(part);
+        self.disturbance = self.disturbance.saturating_sub(part);
+    }
+
+    /// Predicts the next tick with the command `u` acting meanwhile; returns how far that opens the valve.
+    #[inline]
+    pub(crate) fn predict(
+        &mut self,
+        u: Voltage,
+        air: &Air,
+        (valve, model): (&Valve, &ValveModel),
+        (lag, body): (&Lag, &Body),
+        (gains, tick): (&ObserverGains, &Tick),
+    ) -> Opening {
+        let distance = self.spool.saturating_sub(u);
+        let spool = Spool::of(lag.ticks);
+        let mean = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.mean_q28, 28)));
+        self.spool = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.keeps_q28, 28)));
+        let w = valve.effective(model, mean);
+        let theta = angle(w);
+        let slope = model.slope(theta >= 0, air);
+        let by_valve = multiply(slope.to_bits(), theta.to_bits(), 28);
+        let by_motion = multiply(air.stiffness.to_bits(), self.v.to_bits(), 24);
+        let force_now = self.force;
+        self.force = force_now.saturating_add(tick.jerk.of(Jerk::from_bits(by_valve.saturating_sub(by_motion))));
+        // Bristles are stiff: implicit, first as if they held, then as if they slid.
+        let mean = (i64::from(force_now.to_bits()) + i64::from(self.force.to_bits()) + 1) >> 1;
+        let push = Acceleration::from_bits(saturate(mean)).saturating_add(self.disturbance);
+        // v' = (m v + T (push − friction)) / (m + T (viscous + T stiffness)), m over the nominal mass.
+        let mass = body.mass.to_bits() >> 4;
+        let damped = mass.saturating_add(tick.acceleration.of(body.viscous).to_bits());
+        let momentum = i64::from(multiply(mass, self.v.to_bits(), 24));
+        let moved = |friction: Acceleration, inertia: i32| {
+            let gain = tick.acceleration.of(push.saturating_sub(friction));
+            let momentum = saturate(momentum + i64::from(gain.to_bits()));
+            Velocity::from_bits(quotient(momentum, inertia.unsigned_abs(), 24))
+        };
+        let before = self.v;
+        let held = moved(self.bristle, damped.saturating_add(gains.bristle_q24));
+        let bristle = self.bristle.saturating_add(gains.bristle.of(held));
+        self.bristle = limit(bristle, -body.coulomb, body.coulomb);
+        self.v = if self.bristle == bristle { held } else { moved(self.bristle, damped) };
+        let mean = (i64::from(before.to_bits()) + i64::from(self.v.to_bits()) + 1) >> 1;
+        self.y = self.y.saturating_add(tick.velocity.of(Velocity::from_bits(saturate(mean))));
+        let viscous = Acceleration::from_bits(multiply(body.viscous.to_bits(), self.v.to_bits(), 24));
+        let force = self.force.saturating_add(self.disturbance).saturating_sub(self.bristle).saturating_sub(viscous);
+        self.a = Acceleration::from_bits(quotient(force.to_bits(), body.mass.to_bits().unsigned_abs(), 28));
+        Opening { w, theta }
+    }
+}

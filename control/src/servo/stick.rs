@@ -1,0 +1,69 @@
+//! Stick: the piston stands off its target. The force is then led to where it breaks away, without the noise of velocity
+//! and acceleration, which would throw the valve across its dead zone each tick and let no air through.
+
+use super::factor::Factor;
+use super::hold::Means;
+use super::{Acceleration, Caution, Jerk, Tick};
+use crate::arithmetic::{limit, saturate};
+use crate::quantities::{Position, Velocity};
+
+/// Constants of stick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StickGains {
+    /// Mean speed below which the piston sticks.
+    pub(crate) speed: Velocity,
+    /// Ticks before the force is led.
+    pub(crate) ticks: u16,
+    /// Farthest that the asked force may be from the force there is.
+    pub(crate) most: Acceleration,
+}
+
+/// What of it goes with the law's bandwidth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LeadGains {
+    /// `g w³`.
+    pub(crate) error: Factor<Position, Jerk>,
+    /// `6 g w²`.
+    pub(crate) creep: Factor<Velocity, Jerk>,
+    /// How fast the force follows.
+    pub(crate) force: Factor<Acceleration, Jerk>,
+}
+
+/// The force that is asked for while the piston sticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stick {
+    ticks: u16,
+    force: Acceleration,
+}
+
+impl Stick {
+    /// Rate of force while the piston sticks off its target; `None` while it moves or has arrived.
+    #[inline]
+    pub(crate) fn rate(
+        &mut self,
+        resting: bool,
+        mean: &Means,
+        force: Acceleration,
+        (stick, lead, tick): (&StickGains, &LeadGains, &Tick),
+        caution: Caution,
+    ) -> Option<Jerk> {
+        let speed = caution.of(stick.speed);
+        if !resting || mean.v.saturating_abs() > speed {
+            *self = Self::default();
+            return None;
+        }
+        self.ticks = self.ticks.saturating_add(1);
+        if self.ticks < stick.ticks {
+            self.force = force;
+            return None;
+        }
+        // Below half its limit the mean velocity is mostly noise and would keep the valve awake.
+        let noise = Velocity::from_bits(speed.to_bits() / 2);
+        let creep = mean.v.saturating_sub(limit(mean.v, -noise, noise));
+        let rate = lead.error.wide(mean.error).saturating_sub(lead.creep.wide(creep));
+        let rate = Jerk::from_bits(saturate(rate));
+        let asked = self.force.saturating_add(tick.jerk.of(rate));
+        self.force = limit(asked, force.saturating_sub(stick.most), force.saturating_add(stick.most));
+        Some(rate.saturating_add(lead.force.of(self.force.saturating_sub(force))))
+    }
+}

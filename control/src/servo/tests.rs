@@ -1,0 +1,253 @@
+//! One file of the law at a time, against its equation in f64.
+
+use super::air::Chambers;
+use super::hold::Means;
+use super::observer::{Estimate, Opening};
+use super::*;
+use crate::config::Config;
+use crate::parameters::{LawChoice, Parameters};
+
+fn tuning() -> Tuning {
+    let p =
+        Parameters { law: LawChoice::Servo, dead_zone_right_v: 0.42, dead_zone_left_v: -0.42, ..Parameters::default() };
+    Config::from_parameters(&p).expect("valid").servo.expect("the positioning law")
+}
+
+fn metres(y: f64) -> Position {
+    Position::from_num(y)
+}
+
+fn value<T: Fixed>(x: T) -> f64 {
+    x.to_num()
+}
+
+fn new_valve(tuning: &Tuning) -> ValveModel {
+    ValveModel { zones: tuning.valve.zones, gains: [Ratio::ONE; 2] }
+}
+
+#[test]
+fn stiffness_and_slopes_are_those_of_the_equations() {
+    let tuning = tuning();
+    let Chambers { lengths, flow, atmosphere, .. } = tuning.chambers;
+    let [l_a, l_b] = lengths.map(value);
+    let [fill, exhaust] = flow.map(value);
+    for (y, f) in [(0.0, [17.0, 18.0, 34.0]), (0.3, [30.0, 6.0, 34.0]), (-0.4, [10.0, 33.9, 34.0])] {
+        let air = tuning.chambers.air(metres(y), f.map(Acceleration::from_num));
+        let [f_a, f_b, f_sup] = f;
+        let stiffness = 1.4 * (f_a / (l_a + y) + f_b / (l_b - y));
+        assert!((value(air.stiffness) / stiffness - 1.0).abs() < 1e-3, "{air:?}, {stiffness}");
+        let drive = |x: f64| x.max(0.03 * f_sup);
+        let slope = fill * drive(f_sup - f_a) / (l_a + y) + exhaust * drive(f_b - value(atmosphere)) / (l_b - y);
+        assert!((value(air.slope_fill_a) / slope - 1.0).abs() < 1e-3, "{air:?}, {slope}");
+        let slope = fill * drive(f_sup - f_b) / (l_b - y) + exhaust * drive(f_a - value(atmosphere)) / (l_a + y);
+        assert!((value(air.slope_fill_b) / slope - 1.0).abs() < 1e-3, "{air:?}, {slope}");
+    }
+}
+
+#[test]
+fn a_missing_pressure_follows_from_the_other_and_the_modelled_force() {
+    let chambers = tuning().chambers;
+    let [force, a, supply] = [5.0, 18.0, 34.0].map(Acceleration::from_num);
+    assert_eq!(chambers.complete([Some(a), None], supply, force)[1], a - force);
+    assert_eq!(chambers.complete([None, Some(a)], supply, force)[0], a + force);
+    let [a, b, _] = chambers.complete([None, None], supply, force);
+    assert!((a - b).abs_diff(force) <= Acceleration::DELTA, "{a} {b}");
+    // Never above the supply or below the atmosphere.
+    let [a, b, _] = chambers.complete([None, None], supply, Acceleration::from_num(500));
+    assert_eq!([a, b], [supply, chambers.atmosphere]);
+}
+
+#[test]
+fn the_command_for_an_angle_opens_the_valve_by_that_angle_and_crosses_the_dead_zone_on_a_line() {
+    let tuning = tuning();
+    let (valve, model) = (&tuning.valve, new_valve(&tuning));
+    for step in -140..=140 {
+        let theta = f64::from(step) / 100.0;
+        let [u, w] = valve.command(&model, Angle::from_num(theta));
+        assert!((value(w) - theta.tan() / 2.0).abs() < 2e-6, "{theta}: {w}");
+        if step != 0 {
+            let back = value(angle::angle(valve.effective(&model, u)));
+            assert!((back - theta).abs() < 2e-6, "{theta}: {u} V opens by {back}");
+        }
+    }
+    let half = value(valve.command(&model, Angle::from_num(0.005))[0]);
+    assert!((half - 0.21 - 0.0025).abs() < 1e-3, "{half} V in the middle of the line");
+    assert_eq!(valve.command(&model, Angle::MAX)[0], Voltage::from_num(5), "never beyond the valve's range");
+}
+
+#[test]
+fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
+    let tuning = tuning();
+    for target in [1e-4, 1e-3, 0.045, 0.3, -0.4] {
+        let mut motion = Motion::default();
+        let aim = stream::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        for _ in 0..3000 {
+            motion = motion.arrived(&aim.motion, &tuning.limits);
+            let jerk = if motion == aim.motion { Jerk::ZERO } else { motion.jerk_towards(&aim, &tuning.limits) };
+            motion = motion.after(jerk, &tuning.tick);
+            let y = value(motion.position());
+            assert!(value(jerk).abs() < 80.56 * 1.001, "{jerk}");
+            assert!(value(motion.a).abs() < 10.453 * 1.001 && value(motion.v).abs() < 1.3917 * 1.002, "{motion:?}");
+            assert!(y * target.signum() <= target.abs() + 2e-6, "{y} beyond {target}");
+        }
+        assert_eq!(motion, aim.motion, "towards {target}");
+    }
+}
+
+#[test]
+fn a_target_changed_in_mid_move_is_reached_too() {
+    let tuning = tuning();
+    let mut motion = Motion::default();
+    for tick in 0..3000 {
+        let target = if tick < 150 { 0.3 } else { -0.02 };
+        let aim = stream::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        motion = motion.arrived(&aim.motion, &tuning.limits);
+        motion = motion.after(motion.jerk_towards(&aim, &tuning.limits), &tuning.tick);
+    }
+    assert!((value(motion.position()) + 0.02).abs() < 2e-6, "{motion:?}");
+}
+
+#[test]
+fn a_step_has_no_velocity_and_a_sine_has_its_own() {
+    let tuning = tuning();
+    let mut stream = Stream::at(Position::ZERO);
+    for _ in 0..5 {
+        let aim = stream.take(metres(0.045), &tuning.stream, &tuning.tick);
+        assert_eq!(aim, stream::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO });
+    }
+    let mut stream = Stream::at(Position::ZERO);
+    let w = core::f64::consts::PI;
+    for tick in 0..2000 {
+        let (now, next) = (f64::from(tick) * 1e-3, f64::from(tick + 1) * 1e-3);
+        let aim = stream.take(metres(0.05 * (w * now).sin()), &tuning.stream, &tuning.tick);
+        if tick > 200 {
+            let motion = aim.motion;
+            assert!((value(motion.position()) - 0.05 * (w * next).sin()).abs() < 2e-6, "{motion:?} at {next}");
+            assert!((value(motion.v) - 0.05 * w * (w * next).cos()).abs() < 2e-3, "{motion:?} at {next}");
+        }
+    }
+}
+
+#[test]
+fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expect() {
+    let tuning = tuning();
+    let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
+    let rest = tuning.chambers.rest;
+    let air = tuning.chambers.air(Position::ZERO, [rest, rest, tuning.chambers.nominal_supply]);
+    let (lag, body) = (Lag::of(tuning.lag), tuning.body);
+    for tick in 0..400 {
+        estimate.correct(metres(0.1e-3 * f64::from(tick)), Some(Acceleration::ZERO), &tuning.observer);
+        let valve = (&tuning.valve, &valve);
+        estimate.predict(Voltage::ZERO, &air, valve, (&lag, &body), (&tuning.observer, &tuning.tick));
+    }
+    assert!((value(estimate.v) - 0.1).abs() < 1e-3, "{estimate:?}");
+    assert!((value(estimate.y) - 0.04).abs() < 1e-5, "one tick ahead: {estimate:?}");
+    // What moves the piston against friction without force in the chambers is a disturbance.
+    let friction = value(body.coulomb) + value(body.viscous) * 0.1;
+    assert!((value(estimate.disturbance) / friction - 1.0).abs() < 0.2, "{estimate:?} against {friction}");
+}
+
+#[test]
+fn hold_begins_after_a_rest_is_left_by_a_new_target_and_lets_force_drift_only_inwards() {
+    let tuning = tuning();
+    let (limits, caution) = (&tuning.hold, Caution(1 << 24));
+    let force = Acceleration::from_num(1);
+    let now = Means { error: metres(5e-6), v: Velocity::ZERO, force };
+    let mut hold = Hold::default();
+    let mut ticks = 0;
+    while !hold.decide(Position::ZERO, true, now, Acceleration::ZERO, (limits, caution)) {
+        ticks += 1;
+        assert!(ticks < 100, "{hold:?}");
+    }
+    assert!(ticks >= 9, "after {ticks} ticks");
+    let far = Means { force: force + Acceleration::from_num(1), ..now };
+    for _ in 0..200 {
+        hold.decide(Position::ZERO, true, far, Acceleration::ZERO, (limits, caution));
+    }
+    assert!(hold.restoring_rate(limits) < 0, "the force drifts away from the middle of the friction band: {hold:?}");
+    let near = Means { force: Acceleration::from_num(0.1), ..now };
+    for _ in 0..200 {
+        hold.decide(Position::ZERO, true, near, Acceleration::ZERO, (limits, caution));
+    }
+    assert_eq!(hold.restoring_rate(limits), 0, "the force drifts towards it: {hold:?}");
+    assert!(!hold.decide(metres(1e-3), true, now, Acceleration::ZERO, (limits, caution)));
+}
+
+#[test]
+fn the_force_is_led_towards_the_target_only_while_the_piston_sticks() {
+    let tuning = tuning();
+    let caution = Caution(1 << 24);
+    let gains = (&tuning.stick, &tuning.law.lead, &tuning.tick);
+    let mut stick = Stick::default();
+    let mean = Means { error: metres(100e-6), ..Means::default() };
+    let rates: Vec<Option<Jerk>> =
+        (0..30).map(|_| stick.rate(true, &mean, Acceleration::ZERO, gains, caution)).collect();
+    assert!(rates[..9].iter().all(Option::is_none) && rates[29].is_some_and(|rate| rate > 0), "{rates:?}");
+    let moving = Means { v: Velocity::from_num(0.01), ..mean };
+    assert_eq!(stick.rate(true, &moving, Acceleration::ZERO, gains, caution), None);
+    assert_eq!(stick, Stick::default());
+}
+
+#[test]
+fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_bounds() {
+    let tuning = tuning();
+    let rest = tuning.chambers.rest;
+    let air = tuning.chambers.air(Position::ZERO, [rest, rest, tuning.chambers.nominal_supply]);
+    let mut valve = new_valve(&tuning);
+    let open = |w: f64| {
+        let w = Voltage::from_num(w);
+        Opening { w, theta: angle::angle(w) }
+    };
+    let wrong = Jerk::from_num(20);
+    let learn = |valve: &mut ValveModel, opening: &Opening| {
+        learning::learn_valve((&tuning.valve, valve), wrong, opening, &air, &tuning.learning);
+    };
+    learn(&mut valve, &open(1.0));
+    assert!(valve.gains[0] > 1 && valve.gains[1] == 1, "more force than expected, filling A: {valve:?}");
+    learn(&mut valve, &open(0.1));
+    assert!(valve.zones[0] < tuning.valve.zones[0] && valve.zones[1] == tuning.valve.zones[1], "{valve:?}");
+    for _ in 0..100_000 {
+        learn(&mut valve, &open(1.0));
+        learn(&mut valve, &open(0.1));
+    }
+    assert!((value(valve.gains[0]) - 1.8).abs() < 1e-6 && (value(valve.zones[0]) - 0.315).abs() < 1e-6, "{valve:?}");
+    let before = valve;
+    learn(&mut valve, &open(0.0));
+    assert_eq!(valve, before, "a closed valve tells nothing");
+
+    let mut body = tuning.body;
+    let mut estimate =
+        Estimate { v: Velocity::from_num(0.1), disturbance: Acceleration::from_num(-1), ..Estimate::default() };
+    let sum = |body: &Body, estimate: &Estimate| {
+        value(body.coulomb) + 0.1 * value(body.viscous) - value(estimate.disturbance)
+    };
+    let whole = sum(&body, &estimate);
+    learning::learn_body(&mut body, &mut estimate, &tuning.learning);
+    assert!(body.coulomb > tuning.body.coulomb && body.viscous > tuning.body.viscous, "{body:?}");
+    assert!((sum(&body, &estimate) - whole).abs() < 1e-4, "what is learned is no longer a disturbance");
+    let (before, slow) = (body, Estimate { v: Velocity::from_num(0.01), ..estimate });
+    learning::learn_body(&mut body, &mut slow.clone(), &tuning.learning);
+    assert_eq!(body, before, "a piston that may stick tells nothing");
+
+    let mut lag = Lag::of(tuning.lag);
+    for tick in 0..2000 {
+        // The force stays behind a rising angle.
+        let theta = Angle::from_num(f64::from(tick % 20) * 0.05);
+        let behind = if tick % 20 == 0 { Jerk::from_num(200) } else { Jerk::from_num(-10) };
+        lag.learn(behind, theta, air.slope_fill_a, &tuning.learning);
+    }
+    assert!(lag.ticks > tuning.lag && value(lag.ticks) <= 3.5 * 1.7 + 1e-3, "{lag:?}");
+}
+
+#[test]
+fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other() {
+    let refused = |change: fn(&mut Parameters)| {
+        let mut p = Parameters { law: LawChoice::Servo, ..Parameters::default() };
+        change(&mut p);
+        Config::from_parameters(&p).expect_err("refused").key
+    };
+    assert_eq!(refused(|p| p.tick_hz = 200), "tick_hz");
+    assert_eq!(refused(|p| p.servo_jerk_m_per_s3 = 1.0e4), "servo_jerk_m_per_s3");
+    assert_eq!(refused(|p| p.servo_observer_rad_per_s = 600.0), "servo_observer_rad_per_s");
+    assert_eq!(refused(|p| p.servo_area_m2_per_kg = 0.5), "servo_area_m2_per_kg");
+}

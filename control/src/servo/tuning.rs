@@ -1,0 +1,304 @@
+//! Parameters → the constants of the law, with every division done beforehand.
+//!
+//! What the rig decides stands in the table of parameters. What is the same for every rig stands here.
+
+use super::air::Chambers;
+use super::factor::Factor;
+use super::hold::{HoldLimits, Weights};
+use super::inversion::Valve;
+use super::law::LawGains;
+use super::learning::{Body, LearningRates};
+use super::observer::ObserverGains;
+use super::reference::Limits;
+use super::stick::{LeadGains, StickGains};
+use super::stream::StreamGains;
+use super::{Acceleration, Micrometres, Ratio, Tick, Ticks};
+use crate::config::{ConfigError, demand, scaled};
+use crate::dead_zone_inverse::DeadZoneInverse;
+use crate::parameters::{Key, Parameters};
+use crate::quantities::{Position, Velocity, Voltage};
+use fixed::traits::Fixed;
+use fixed::types::{I6F26, I8F24};
+
+/// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
+const PRESSURE_RATE: f64 = 250.0;
+/// How fast the noise of the position is learned, 1/s.
+const NOISE_RATE: f64 = 3.0;
+/// Noise of a position code up to which hold and stick judge without caution, um.
+const QUIET_UM: f64 = 30.0;
+/// Bandwidth with which the derivatives of a streamed target follow, rad/s.
+const STREAM_BANDWIDTH: f64 = 150.0;
+/// The same of its jerk: one fifth, for it is the third derivative of a target that may come in codes.
+const JERK_BANDWIDTH: f64 = 30.0;
+/// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at [`LOST`]
+/// none is left.
+const FOLLOWED: f64 = 0.25;
+/// See [`FOLLOWED`].
+const LOST: f64 = 0.4;
+/// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
+const PEAK_HELD_S: f64 = 1.0;
+/// Part of the nominal Coulomb friction that is compensated before any is learned.
+const COULOMB_START: f64 = 0.7;
+/// Rates of learning, 1/s: gain, dead zone, friction.
+const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
+/// Bounds of the dead zone over its nominal width.
+const ZONE_BOUNDS: [f64; 2] = [0.75, 1.25];
+/// Bounds of the friction over its nominal value.
+const FRICTION_BOUNDS: [f64; 2] = [0.3, 1.5];
+/// Bounds of the lag over its nominal value.
+const LAG_BOUNDS: [f64; 2] = [0.25, 3.5];
+/// How fast the lag is learned while the angle turns, 1/s.
+const LAG_RATE: f64 = 5.0;
+/// Change of angle above which the force tells the lag, rad/s.
+const TURNING: f64 = 100.0;
+/// Part of the friction's rate with which the mass is learned.
+const MASS_PART: f64 = 0.2;
+/// Angle below which the dead zone is crossed on a straight line, rad.
+const BLEND: f64 = 0.01;
+/// Hold: enter below this error and leave beyond that, m.
+const HOLD_M: [f64; 2] = [20e-6, 40e-6];
+/// Hold: leave beyond this mean over eight times as long, and beyond that error at once, over the error to leave at.
+const LEAVE: [f64; 2] = [1.2, 2.0];
+/// Hold: time after entering within which the piston may still coast, s.
+const COAST_S: f64 = 0.2;
+/// Hold: change of force that may have moved the piston, over the Coulomb friction.
+const MOVING: f64 = 0.1;
+/// Hold: enter below this speed, m/s.
+const HOLD_SPEED: f64 = 1.8e-3;
+/// Hold: time over which its error, speed and force are means, s.
+const HOLD_MEAN_S: f64 = 8e-3;
+/// Hold: time of rest before entering, s; stick: time before the force is led.
+const REST_S: f64 = 10e-3;
+/// Hold: part of the Coulomb friction by which the force may drift.
+const HOLD_DRIFT: f64 = 0.15;
+/// Hold: time in which a pulse brings that back, s.
+const PULSE_S: f64 = 0.010;
+/// Reference: a target that is nearer counts as the same, m.
+const SAME_M: f64 = 5e-6;
+/// Reference: it stands below this speed, m/s.
+const STANDING: f64 = 1e-3;
+/// Reference: distance from which it is put on its aim, beyond one tick's jerk, m.
+const NEAR_M: f64 = 2e-6;
+/// Stick: mean speed below which the piston sticks, m/s.
+const STICK_SPEED: f64 = 1.6e-3;
+/// Stick: rate of force over that of the law.
+const STICK_GAIN: f64 = 3.0;
+/// Stick: how fast the force follows, over the law's bandwidth.
+const STICK_FORCE: f64 = 1.0 / 1.5;
+/// Without measured pressures: how fast the force takes up what the model does not explain, 1/s.
+const UNSEEN_RATE: f64 = 5.0;
+
+/// Every constant of the law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tuning {
+    pub(super) tick: Tick,
+    pub(super) chambers: Chambers,
+    pub(super) observer: ObserverGains,
+    pub(super) valve: Valve,
+    pub(super) learning: LearningRates,
+    pub(super) stream: StreamGains,
+    pub(super) limits: Limits,
+    pub(super) law: LawGains,
+    pub(super) hold: HoldLimits,
+    pub(super) stick: StickGains,
+    /// Speed below which the reference stands.
+    pub(super) standing: Velocity,
+    /// Friction and mass before any were learned.
+    pub(super) body: Body,
+    /// Lag before any was learned.
+    pub(super) lag: Ticks,
+    /// From an innovation of the position to the noise it shows.
+    pub(super) noise_of: Factor<Position, Micrometres>,
+    /// How fast that is learned, per tick.
+    pub(super) noise_follow: Factor<Micrometres, Micrometres>,
+    /// From the noise to the caution, 24 fractional bits.
+    pub(super) caution_of: Factor<Micrometres, I8F24>,
+}
+
+/// A value as the format has it, saturated.
+fn exactly<T: Fixed<Bits = i32>>(value: f64) -> T {
+    T::from_bits(bits_of(value, T::FRAC_NBITS))
+}
+
+#[inline(never)]
+fn bits_of(value: f64, bits: u32) -> i32 {
+    scaled(value, bits).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+}
+
+impl Tuning {
+    /// Computes the constants. The parameters' ranges are checked already.
+    ///
+    /// # Errors
+    /// The first parameter that does not fit another.
+    // Apart from its callers: its frame is large.
+    #[inline(never)]
+    pub(crate) fn new(p: &Parameters, inverse: &DeadZoneInverse) -> Result<Self, ConfigError> {
+        let hz = f64::from(p.tick_hz);
+        let t = 1.0 / hz;
+        demand(hz >= 500.0, Key::tick_hz, hz, "be at least 500 with law = \"servo\", or law = \"paper\"")?;
+        let [speed, acceleration, jerk] =
+            [p.servo_speed_m_per_s, p.servo_acceleration_m_per_s2, p.servo_jerk_m_per_s3].map(f64::from);
+        let w = f64::from(p.servo_bandwidth_rad_per_s);
+        let w_o = f64::from(p.servo_observer_rad_per_s);
+        let natural = speed * jerk / (acceleration * acceleration);
+        demand(
+            natural <= 3.0 && t * jerk <= 0.5 * acceleration,
+            Key::servo_jerk_m_per_s3,
+            jerk,
+            "be at most 3 times the square of servo_acceleration_m_per_s2 over servo_speed_m_per_s, and at most half that \
+             acceleration in a tick (metres per second cubed)",
+        )?;
+        demand(w_o * t <= 0.5, Key::servo_observer_rad_per_s, w_o, "be at most half of tick_hz (radians per second)")?;
+        let per_mass = f64::from(p.servo_area_m2_per_kg);
+        let highest = f64::from(p.pressure_range_pa[1]).max(f64::from(p.servo_supply_pa));
+        demand(
+            per_mass * highest <= 30_000.0,
+            Key::servo_area_m2_per_kg,
+            per_mass,
+            "not turn the highest pressure into more than 30000 m/s2",
+        )?;
+        let force = |pressure: f32| exactly::<Acceleration>(per_mass * f64::from(pressure));
+        let tick = Tick {
+            velocity: Factor::new(t),
+            acceleration: Factor::new(t),
+            jerk: Factor::new(t),
+            q32: scaled(t, 32) as u32,
+        };
+        let gamma = f64::from(p.servo_heat_capacity_ratio);
+        let coulomb = f64::from(p.servo_coulomb_m_per_s2);
+        // What friction is a part of must not be zero.
+        let unit = coulomb.max(0.01);
+        let force_rate = f64::from(p.servo_force_rate_per_s);
+        let (bristle, viscous) = (f64::from(p.servo_bristle_per_s2), f64::from(p.servo_viscous_per_s));
+        let lag = f64::from(p.servo_lag_s);
+        let weight = (t / HOLD_MEAN_S).min(1.0);
+        let ticks = |time_s: f64| (time_s * hz) as u16;
+        let valve = valve(p, inverse);
+        Ok(Self {
+            tick,
+            chambers: Chambers {
+                per_pa: Factor::new(per_mass),
+                follow: Factor::new((t * PRESSURE_RATE).min(1.0)),
+                lengths: [p.servo_length_a_m, p.servo_length_b_m].map(|length| exactly(f64::from(length))),
+                flow: [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s].map(|c| exactly(gamma * f64::from(c))),
+                gamma_q24: scaled(gamma, 24) as i32,
+                atmosphere: force(p.servo_atmosphere_pa),
+                nominal_supply: force(p.servo_supply_pa),
+                rest: force(p.servo_rest_pa),
+            },
+            observer: ObserverGains {
+                y: Factor::new(3.0 * w_o * t),
+                v: Factor::new(3.0 * w_o * w_o * t),
+                disturbance: Factor::new(w_o * w_o * w_o * t),
+                force: Factor::new((force_rate * t).min(1.0)),
+                unseen: Factor::new((UNSEEN_RATE * t).min(1.0)),
+                bristle: Factor::new(bristle * t),
+                bristle_q24: exactly::<I8F24>(bristle * t * t).to_bits(),
+            },
+            learning: LearningRates {
+                wrong: Factor::new(force_rate),
+                gain: Factor::new(LEARN[0] * t),
+                zone: Factor::new(LEARN[1] * t),
+                lag: Factor::new(LAG_RATE * t),
+                turn: Factor::new((force_rate * t).min(1.0)),
+                turning_square: exactly(TURNING * t * TURNING * t),
+                lag_bounds: LAG_BOUNDS.map(|bound| exactly(bound * lag * hz)),
+                body: Factor::new(LEARN[2] * t / unit),
+                coulomb: exactly(coulomb),
+                viscous: exactly(viscous),
+                viscous_bounds: FRICTION_BOUNDS.map(|bound| exactly(bound * viscous)),
+                viscous_part: Factor::new(viscous / unit),
+                inertia_part: Factor::new(1.0 / unit),
+                mass_part: Factor::new(MASS_PART),
+                zone_bounds: valve.zones.map(|zone| {
+                    ZONE_BOUNDS.map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
+                }),
+                coulomb_bounds: FRICTION_BOUNDS.map(|bound| exactly(bound * coulomb)),
+            },
+            valve,
+            stream: StreamGains {
+                smooth: exactly(4.0 * acceleration * t * t),
+                off: exactly(acceleration / (STREAM_BANDWIDTH * STREAM_BANDWIDTH)),
+                acceleration: exactly(4.0 * acceleration),
+                per_tick: Factor::new(hz),
+                y: Factor::new(3.0 * STREAM_BANDWIDTH * t),
+                v: Factor::new(3.0 * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
+                a: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
+                jerk: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH),
+                jerk_follow: Factor::new((JERK_BANDWIDTH * t).min(1.0)),
+                used: (Factor::new(FOLLOWED / speed), Factor::new(1.0 / acceleration), Factor::new(1.0 / jerk)),
+                forget: Factor::new(t / PEAK_HELD_S),
+                lost: exactly(LOST),
+                followed: Factor::new(1.0 / (LOST - FOLLOWED)),
+            },
+            limits: Limits {
+                speed: exactly::<I6F26>(natural),
+                tick: exactly::<I6F26>(t * jerk / acceleration),
+                length: Factor::new(jerk * jerk / (acceleration * acceleration * acceleration)),
+                velocity: Factor::new(jerk / (acceleration * acceleration)),
+                aim_jerk: Factor::new(1.0 / jerk),
+                acceleration: Factor::new(1.0 / acceleration),
+                jerk: Factor::new(acceleration * hz),
+                near: (exactly(jerk * t), exactly(jerk * t * t), exactly(NEAR_M + jerk * t * t * t)),
+            },
+            law: gains(w),
+            hold: HoldLimits {
+                enter: exactly(HOLD_M[0]),
+                leave: exactly(HOLD_M[1]),
+                leave_slowly: exactly(LEAVE[0] * HOLD_M[1]),
+                leave_at_once: exactly(LEAVE[1] * HOLD_M[1]),
+                coast_ticks: ticks(COAST_S),
+                force: exactly(MOVING * coulomb),
+                target: exactly(SAME_M),
+                speed: exactly(HOLD_SPEED),
+                ticks: ticks(REST_S),
+                weights: Weights {
+                    error: Factor::new(weight),
+                    slow: Factor::new(weight / 8.0),
+                    v: Factor::new(weight),
+                    force: Factor::new(weight),
+                },
+                drift: exactly(HOLD_DRIFT * coulomb),
+                pulse: exactly(HOLD_DRIFT * coulomb / PULSE_S),
+            },
+            stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
+            standing: exactly(STANDING),
+            body: Body { coulomb: exactly(COULOMB_START * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
+            lag: exactly(lag * hz),
+            noise_of: Factor::new(1.25e6),
+            noise_follow: Factor::new(NOISE_RATE * t),
+            caution_of: Factor::new(1.0 / QUIET_UM),
+        })
+    }
+}
+
+/// The gains of a bandwidth.
+fn gains(w: f64) -> LawGains {
+    LawGains {
+        a: Factor::new(3.0 * w),
+        v: Factor::new(3.0 * w * w),
+        y: Factor::new(w * w * w),
+        lead: LeadGains {
+            error: Factor::new(STICK_GAIN * w * w * w),
+            creep: Factor::new(STICK_GAIN * 6.0 * w * w),
+            force: Factor::new(STICK_FORCE * w),
+        },
+    }
+}
+
+/// The valve whose dead zone the paper's law compensates, too.
+fn valve(p: &Parameters, inverse: &DeadZoneInverse) -> Valve {
+    let DeadZoneInverse { right, left, centre, lowest, highest, .. } = *inverse;
+    let slopes = [p.slope_right, p.slope_left].map(f64::from);
+    let most = highest.saturating_sub(centre).min(centre.saturating_sub(lowest)).max(Voltage::ZERO);
+    Valve {
+        centre,
+        slopes_q16: slopes.map(|slope| scaled(slope, 16) as i32),
+        per_slopes_q16: [inverse.per_slope_right.to_bits(), inverse.per_slope_left.to_bits()],
+        ends: [lowest, highest],
+        most,
+        blend: exactly(BLEND),
+        per_blend_q16: scaled(1.0 / BLEND, 16) as i32,
+        zones: [right.saturating_sub(centre), centre.saturating_sub(left)],
+    }
+}
