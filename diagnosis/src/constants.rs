@@ -534,6 +534,9 @@ constants! {
         trifle: f64 = 0.01, "of the gap",
             "Beside that many, a smaller share is a lead and casts no doubt.",
             "a hundredth";
+        least_share: f64 = 1.0e-4, "of the gap",
+            "A cause with a smaller share is not named, and casts no doubt.",
+            "of right names on record the smallest share was 1.9e-4; a wrong one beside the true cause had 5e-5";
         least_share_beside_a_gap: f64 = 0.1, "of the gap",
             "Least share of a cause named while a balance stays open.",
             "a smaller one is as likely the gap's shadow";

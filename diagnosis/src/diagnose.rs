@@ -7,6 +7,7 @@ use crate::check::mapping::contradictions;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::data::prepare::prepare;
+use crate::data::record::Record;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 use crate::estimate::problem::{Fit, Problem};
 use crate::estimate::{between_rows, noise_level};
@@ -20,6 +21,7 @@ use crate::select::search::{self, Found};
 use crate::validate::{closure, foreign_terms, hold_out, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
+use std::sync::OnceLock;
 
 /// Diagnoses the gap between a rig file and a log. `progress` is called with the name of each stage.
 ///
@@ -65,6 +67,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             signals: &signals,
             terms: &library,
             dispersion: [1.0; 4],
+            judged: OnceLock::new(),
         };
         if !reconsidered[0]
             && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
@@ -162,11 +165,21 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         leads: if verdict == Verdict::NoGap { Vec::new() } else { judgement.leads },
         description,
         balances,
-        log: LogSummary { available: record.available, quality: record.quality.clone() },
+        log: LogSummary {
+            available: record.available,
+            quality: record.quality.clone(),
+            held_back_s: held_back_s(record),
+        },
         hypotheses,
         extended_rig,
         evidence,
     }
+}
+
+/// How much of a record is held back, s.
+fn held_back_s(record: &Record) -> f64 {
+    let held = record.stretches.iter().filter(|s| s.held_back);
+    held.map(|s| record.t_s[s.end - 1] - record.t_s[s.start]).sum()
 }
 
 /// Terms outside the catalogue that the balances in `lacking` need in addition to the fit; `None` if there are none.

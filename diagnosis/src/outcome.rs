@@ -121,7 +121,8 @@ impl HoldOut {
     /// measured.
     #[must_use]
     pub fn worst_ratio(&self) -> f64 {
-        self.extended_rmse.over(&self.noise_floor).fold(0.0, f64::max)
+        let ratios = self.extended_rmse.over(&self.noise_floor);
+        ratios.map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio }).fold(0.0, f64::max)
     }
 }
 
@@ -253,6 +254,8 @@ pub struct LogSummary {
     pub available: Available,
     /// Sampling and noise.
     pub quality: Quality,
+    /// How much of it was held back to confirm what was found, s; 0 for a log too short.
+    pub held_back_s: f64,
 }
 
 /// Signals for pictures: innovations of nominal and extended model, and the quantities they may depend on.

@@ -1,5 +1,6 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
+use super::judged::judged;
 use crate::constants;
 use crate::data::record::{ChamberSignals, Record};
 use crate::data::split::Stretch;
@@ -120,8 +121,8 @@ pub(crate) fn innovations(
                 }
                 let error = measured[k] - plant.shown_pressure_pa(side, sensed);
                 let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };
-                if record.t_s[k] >= settled {
-                    out.push(error * weights[k] * trusted.sqrt());
+                if record.t_s[k] >= settled && weights[k] > 0.0 {
+                    out.push(judged(error * weights[k] * trusted.sqrt()));
                     log_widths -= 0.5 * trusted.ln();
                 } else {
                     out.push(f64::NAN);

@@ -14,6 +14,7 @@
 pub(crate) mod added;
 pub(crate) mod between;
 pub(crate) mod chamber;
+pub(crate) mod judged;
 pub(crate) mod observers;
 pub(crate) mod piston;
 pub(crate) mod shared;

@@ -1,5 +1,6 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
+use super::judged::judged;
 use crate::constants;
 use crate::data::record::{Moment, Record};
 use crate::data::smoothing::Smoothed;
@@ -67,7 +68,7 @@ pub(crate) fn innovations(
             // The same error as a true distance.
             let behind = plant.true_position_m(error) - zero;
             if row {
-                out.push(if record.t_s[k] >= settled { error * inverse_sigma } else { f64::NAN });
+                out.push(if record.t_s[k] >= settled { judged(error * inverse_sigma) } else { f64::NAN });
             }
             if k + 1 == stretch.end {
                 break;

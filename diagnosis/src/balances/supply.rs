@@ -1,5 +1,6 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
+use super::judged::judged;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, interrupted};
 use plant_model::{Plant, Side};
@@ -52,5 +53,5 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64], s
 /// Measured minus predicted supply pressure in units of its noise.
 pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64], sensor_pa: f64) -> Vec<f64> {
     let sigma = record.quality.supply.standard_deviation.max(1.0);
-    record.rows_of(stretches).map(|k| (record.p_sup_pa[k] - sensor_pa - predicted[k]) / sigma).collect()
+    record.rows_of(stretches).map(|k| judged((record.p_sup_pa[k] - sensor_pa - predicted[k]) / sigma)).collect()
 }

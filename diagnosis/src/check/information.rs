@@ -19,6 +19,7 @@ use plant_model::effects::MAX_PARAMETERS;
 use rayon::prelude::*;
 use rig_files::{Log, RigFile};
 use serde::Serialize;
+use std::sync::OnceLock;
 
 /// How well a parameter would be known.
 #[derive(Clone, Debug, Serialize)]
@@ -86,6 +87,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
         signals: &signals,
         terms: &[],
         dispersion: [1.0; 4],
+        judged: OnceLock::new(),
     };
     Some(use_it(&problem, &record))
 }

@@ -12,6 +12,7 @@ use crate::model::parameter::Parameter;
 use plant_model::Plant;
 use rayon::prelude::*;
 use rig_files::RigFile;
+use std::sync::OnceLock;
 
 /// How often the controller acts from one row to the next: once in a while, many times, or all the time.
 const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
@@ -39,6 +40,7 @@ pub(crate) fn likelier(
             signals: &signals,
             terms: &[],
             dispersion: [1.0; 4],
+            judged: OnceLock::new(),
         };
         let (subset, _) = problem.subset();
         let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;

@@ -15,6 +15,7 @@ use crate::model::parameter::Parameter;
 use nalgebra::DMatrix;
 use plant_model::Effect;
 use rig_files::RigFile;
+use std::sync::OnceLock;
 
 /// The data of a fit, with everything that is the same for all hypotheses.
 pub(crate) struct Problem<'a> {
@@ -31,6 +32,8 @@ pub(crate) struct Problem<'a> {
     /// Long-run variance of each channel's innovations at the best fit so far, 1 for white noise. Divides the channel's
     /// cost.
     pub(crate) dispersion: [f64; 4],
+    /// How many averaged innovations are judged in each channel; found when first asked for.
+    pub(crate) judged: OnceLock<[usize; 4]>,
 }
 
 /// The result of fitting a hypothesis.
@@ -67,7 +70,7 @@ impl<'a> Problem<'a> {
     /// The same problem on the part of the log held back.
     pub(crate) fn held_back(&self) -> Problem<'a> {
         let stretches = self.record.stretches.iter().copied().filter(|s| s.held_back).collect();
-        Problem { stretches, ..*self }
+        Problem { stretches, judged: OnceLock::new(), ..*self }
     }
 
     /// The parameters of an effect on this rig.
@@ -131,13 +134,30 @@ impl<'a> Problem<'a> {
             stretches.clone_from(&self.stretches);
         }
         let ratio = all / count(&stretches).max(1.0);
-        (Self { stretches, ..*self }, ratio)
+        (Self { stretches, judged: OnceLock::new(), ..*self }, ratio)
     }
 
     /// Expected cost of white noise in some channels, by the square loss.
     pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
-        let samples = self.record.rows_of(&self.stretches).count() / self.record.averaged();
-        0.5 * samples as f64 * f64::from(channels.count_ones())
+        let judged = self.judged.get_or_init(|| self.count_judged());
+        let counted = judged.iter().enumerate().filter(|(channel, _)| channels & (1 << channel) != 0);
+        0.5 * counted.map(|(_, count)| *count as f64).sum::<f64>()
+    }
+
+    /// How many averaged innovations are judged in each channel: the same for all hypotheses.
+    fn count_judged(&self) -> [usize; 4] {
+        let null = Hypothesis::null(self.nominal);
+        let Some(plant) = null.plant(self.rig, &null.values) else { return [0; 4] };
+        let innovations = observers::innovations(
+            self.record,
+            self.signals,
+            &plant,
+            &Added::default(),
+            &self.stretches,
+            self.judgeable,
+        );
+        let whole = |e: &&[f64]| !e.iter().any(|e| e.is_nan());
+        innovations.channels.map(|e| e.chunks_exact(self.record.averaged()).filter(whole).count())
     }
 
     /// A fit from the residuals at a hypothesis' values.

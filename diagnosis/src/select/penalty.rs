@@ -45,11 +45,10 @@ pub(crate) fn shortfall(problem: &Problem<'_>, with: &Fit, without: &Fit, effect
 /// The gain in channels that are white noise already without the effect. It does not count: a model that passes on less
 /// of one sensor's noise predicts another sensor a little better.
 fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
-    let bundles = problem.noise_cost(1) / 0.5;
     let gained = |c: &Channel| without.cost_in(problem, c.bit()) - with.cost_in(problem, c.bit());
     let quiet = |c: &Channel| {
         effects::channels(effect) & problem.judgeable & c.bit() != 0
-            && without.channel_cost[*c as usize] < COST_OF_NOISE * bundles
+            && without.channel_cost[*c as usize] < COST_OF_NOISE * problem.noise_cost(c.bit()) / 0.5
             && gained(c) > 0.0
     };
     let quiet: Vec<Channel> = Channel::ALL.into_iter().filter(quiet).collect();

@@ -6,14 +6,14 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::PerChannel;
 use crate::select::search::Found;
 
-/// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
-pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
+/// Whether the causes together, as fitted, lower the misfit of the part of the log that took no part in the fit, and predict it
+/// no worse. By data alone: priors know nothing of that part. True where nothing was held back.
+pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
     let held = problem.held_back();
     if held.stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
         return true;
     }
-    let cost = |fit: &Fit| held.evaluate_as_is(fit.hypothesis.clone()).map(|f| f.cost(&held));
-    match (cost(&found.null), cost(&found.best)) {
+    match (data_cost(&held, &found.null), data_cost(&held, &found.best)) {
         (Some(null), Some(best)) => {
             let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
             best < null
@@ -25,6 +25,25 @@ pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> boo
         }
         _ => false,
     }
+}
+
+/// For each cause: whether the part held back is told better with it than without it, everything else fitted anew on the rest.
+pub(crate) fn confirmed_singly(problem: &Problem<'_>, found: &Found) -> Vec<bool> {
+    let held = problem.held_back();
+    if held.stretches.is_empty() {
+        return vec![true; found.best.hypothesis.effects.len()];
+    }
+    let Some(best) = data_cost(&held, &found.best) else { return vec![false; found.without.len()] };
+    let better = |without: &Option<Fit>| {
+        without.as_ref().is_none_or(|without| data_cost(&held, without).is_some_and(|cost| best < cost))
+    };
+    found.without.iter().map(better).collect()
+}
+
+/// Minus the log-likelihood of a fit on some data, without priors.
+fn data_cost(on: &Problem<'_>, fit: &Fit) -> Option<f64> {
+    let fit = on.evaluate_as_is(fit.hypothesis.clone())?;
+    Some(fit.cost_in(on, on.judgeable))
 }
 
 /// Whether the squared errors of the whole model, restarted on the part held back, grow by less than the factor
