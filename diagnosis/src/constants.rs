@@ -111,6 +111,9 @@ constants! {
         unit_factor: f64 = 5.0, "",
             "Readings so many times beyond what the rig allows have another unit.",
             "between a sensor's reserve (2) and the smallest factor between units (10)";
+        beyond_stroke: f64 = 0.25, "of half the stroke",
+            "A position that reads farther beyond the stroke is not about mid-stroke.",
+            "three times the largest everyday error of a position's scale";
         slowest_rows: f64 = 0.15, "s",
             "With rows farther apart no balance can be formed.",
             "half the shortest stretch";
@@ -273,6 +276,9 @@ constants! {
         observer_step: f64 = 0.5, "",
             "The position observer's bandwidth times the time between rows is no larger.",
             "at 0.5 its error decays by 0.87 from row to row; from 0.8 on it would grow";
+        unseen_acceleration: f64 = 0.5, "m/s2",
+            "Between rows the piston may accelerate by this without a trace in their pressures.",
+            "a breakaway from 10 N of friction with 20 kg: 0.1 mm at 50 Hz, nothing at 1 kHz";
         rest_sigmas: f64 = 4.0, "standard errors",
             "A piston slower than so many standard errors of its velocity is at rest.",
             "once in 16,000 samples by chance";

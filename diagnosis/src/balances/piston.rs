@@ -26,7 +26,8 @@ pub(crate) fn innovations(
     stretches: &[Stretch],
 ) -> Vec<f64> {
     let omega = record.observer_rad_per_s;
-    let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m());
+    let between_rows_m = 0.5 * constants::unseen_acceleration() * record.quality.interval_s.powi(2);
+    let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m()).max(between_rows_m);
     let inverse_sigma = 1.0 / (sigma * record.observer_noise);
     let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let timing = Timing::of(plant);

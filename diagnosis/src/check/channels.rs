@@ -4,6 +4,7 @@ use super::{Flaw, Weight};
 use crate::balances::piston;
 use crate::constants;
 use crate::data::record::Record;
+use core::ops::Range;
 use rig_files::{Column, Log, RigFile};
 
 fn loss(problem: String, remedy: &str) -> Flaw {
@@ -16,8 +17,9 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
     for column in [Column::Y, Column::PA, Column::PB, Column::PSup] {
         let Some(values) = log.column(column) else { continue };
         let name = column.name();
-        let frozen_s = frozen_s(&log.t_s, values);
-        if frozen_s > constants::frozen_s() && moves_meanwhile(log, column) {
+        let frozen = frozen(values);
+        let frozen_s = if frozen.is_empty() { 0.0 } else { log.t_s[frozen.end - 1] - log.t_s[frozen.start] };
+        if frozen_s > constants::frozen_s() && others_change(log, column, &frozen) {
             out.push(loss(
                 format!("{name} does not change for {frozen_s:.1} s while other columns do"),
                 "check the sensor and the logger's channel: a live sensor has noise",
@@ -50,7 +52,7 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
             "nothing, if t_s is the time of sampling; if it is that of writing, record with a steady clock",
         ));
     }
-    if rows.stretches.iter().all(|s| !s.held_back) && !rows.stretches.is_empty() {
+    if rows.stretches.iter().all(|s| !s.held_back) {
         out.push(loss(
             "the log is too short to hold a part back: what is found cannot be confirmed on data that took no part in it".into(),
             "record 10 s or more",
@@ -76,22 +78,27 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
     out
 }
 
-/// The longest time for which a column keeps one value, s.
-fn frozen_s(t_s: &[f64], values: &[f64]) -> f64 {
-    let (mut longest, mut start) = (0.0_f64, 0);
-    for k in 1..values.len() {
+/// The longest run of rows in which a column keeps one value.
+fn frozen(values: &[f64]) -> Range<usize> {
+    let (mut longest, mut start) = (0..0, 0);
+    for k in 0..values.len() {
         if values[k] != values[start] {
             start = k;
         }
-        longest = longest.max(t_s[k] - t_s[start]);
+        if k + 1 - start > longest.len() {
+            longest = start..k + 1;
+        }
     }
     longest
 }
 
-/// Whether the column is one whose neighbours move: all but one that repeats itself everywhere, as a coarse converter does.
-fn moves_meanwhile(log: &Log, column: Column) -> bool {
+/// Whether another column changes from row to row meanwhile, as live sensors do.
+fn others_change(log: &Log, column: Column, meanwhile: &Range<usize>) -> bool {
     let others = [Column::Y, Column::PA, Column::PB].into_iter().filter(|other| *other != column);
-    others.filter_map(|other| log.column(other)).any(|values| frozen_s(&log.t_s, values) < 0.1 * constants::frozen_s())
+    others.filter_map(|other| log.column(other)).any(|values| {
+        let changes = values[meanwhile.clone()].windows(2).filter(|pair| pair[0] != pair[1]).count();
+        changes * 2 > meanwhile.len()
+    })
 }
 
 /// The part of the rows that read the lowest or the highest value of the column, where noise would change it.

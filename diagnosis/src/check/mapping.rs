@@ -48,6 +48,19 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
             "give y_m in metres: divide millimetres by 1000 in the mapping".into(),
         ));
     }
+    // A sensor of a somewhat other scale reads a little beyond the stroke; no sensor reads far beyond it.
+    let half = 0.5 * r.cylinder.stroke_m;
+    if let Some((low, high)) = extent(&log.y_m)
+        && out.is_empty()
+        && (low < -half - constants::beyond_stroke() * half || high > half + constants::beyond_stroke() * half)
+    {
+        out.push(contradiction(
+            format!(
+                "y_m runs from {low:.4} to {high:.4} m, but the stroke allows ±{half} m: it seems to start at an end of the stroke"
+            ),
+            "give y_m from mid-stroke: correct what is added in the mapping, or the stroke in the rig file".into(),
+        ));
+    }
     for column in [Column::PA, Column::PB, Column::PSup] {
         let Some((_, high)) = log.column(column).and_then(extent) else { continue };
         let name = column.name();
