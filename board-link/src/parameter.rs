@@ -205,6 +205,7 @@ parameters! {
     ServoViscous = 76: control.servo_viscous_per_s;
     ServoCoulomb = 77: control.servo_coulomb_m_per_s2;
     ServoLag = 78: control.servo_lag_s;
+    PressureSensors = 79: control.pressure_sensors;
     PositionOffset = 80: control.position_offset_m;
     PositionGain = 81: control.position_gain;
     PressureAOffset = 82: control.pressure_a_offset_pa;
@@ -213,6 +214,7 @@ parameters! {
     PressureBGain = 85: control.pressure_b_gain;
     SupplyOffset = 86: control.supply_offset_pa;
     SupplyGain = 87: control.supply_gain;
+    PressureLossTrips = 88: control.pressure_loss_trips;
     FillConductance = 90: rig.fill_conductance_m3_per_s_pa;
     ExhaustConductance = 91: rig.exhaust_conductance_m3_per_s_pa;
     FillCriticalRatio = 92: rig.fill_critical_ratio;

@@ -23,6 +23,8 @@ pub struct Config {
     pub(crate) supply: ChannelLimits,
     pub(crate) freeze: FreezeLimits,
     pub(crate) supply_sensor: bool,
+    pub(crate) pressure_sensors: bool,
+    pub(crate) pressure_loss_trips: bool,
     pub(crate) position_rail_is_fault: bool,
     pub(crate) setpoint: SetpointLimits,
     pub(crate) law: Law,
@@ -146,6 +148,9 @@ impl Config {
             pressure_b,
             supply,
             supply_sensor: p.supply_sensor,
+            pressure_sensors: p.pressure_sensors,
+            // The paper's law has no model to go by.
+            pressure_loss_trips: p.pressure_loss_trips || p.law == LawChoice::Paper,
             position_rail_is_fault: margin > 0.0,
             setpoint,
             law: Law { gain: I16F16::from_bits(scaled(gain, 16) as i32) },

@@ -81,6 +81,12 @@ parameter_table! {
     tick_hz: u32 = 1000, "1/s", 50 => 20_000;
     /// Whether a supply pressure sensor is connected.
     supply_sensor: bool = true, "", 0 => 1;
+    /// Whether the chambers' pressure sensors are connected. Without them the positioning law goes by its model, slower; the
+    /// model monitor and the checks of these channels are off.
+    pressure_sensors: bool = true, "", 0 => 1;
+    /// Whether a chamber's pressure that is out of range, jumping or stuck leads to the safe state; else the positioning law goes
+    /// by its model until the sensor is plausible again, and the model monitor stays silent meanwhile.
+    pressure_loss_trips: bool = true, "", 0 => 1;
 
     /// Which law drives the valve: `paper`, proportional to the error, or `servo`, the positioning law, which needs the
     /// numbers of the rig that begin with `servo_`. On the board 0 or 1.

@@ -70,6 +70,8 @@ pub struct Telemetry {
     pub pressure_b: Pressure,
     /// Last good supply pressure; `None` without the sensor.
     pub supply: Option<Pressure>,
+    /// Whether one of the chambers' pressures is not measured, or lost.
+    pub pressure_lost: bool,
     /// Effective voltage `w` asked for by the law; zero unless running.
     pub w: Voltage,
     /// Valve voltage `u`, before rounding to a DAC code.
@@ -89,6 +91,8 @@ pub struct ControllerState {
     supply: ChannelState,
     setpoint: SetpointState,
     servo: ServoState,
+    /// Whether the pressures of chamber A and B are lost this tick.
+    lost: [bool; 2],
     supply_low: u16,
     missed: u16,
     late: u16,
@@ -171,6 +175,7 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
             pressure_a: Pressure::from_bits(state.pressure_a.good()),
             pressure_b: Pressure::from_bits(state.pressure_b.good()),
             supply: config.supply_sensor.then(|| Pressure::from_bits(state.supply.good())),
+            pressure_lost: state.lost != [false; 2],
             w,
             u,
         },
@@ -183,7 +188,10 @@ fn readings(config: &Config, state: &ControllerState, y: Position) -> Readings {
     let read = |channel: &ChannelState| Pressure::from_bits(channel.good());
     Readings {
         y,
-        chambers: [Some(read(&state.pressure_a)), Some(read(&state.pressure_b))],
+        chambers: [
+            (!state.lost[0]).then(|| read(&state.pressure_a)),
+            (!state.lost[1]).then(|| read(&state.pressure_b)),
+        ],
         supply: config.supply_sensor.then(|| read(&state.supply)),
     }
 }
@@ -196,8 +204,18 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     let rail_is_fault = config.position_rail_is_fault || testing || !state.position.seen();
     // Every channel takes its code every tick, whatever the others say.
     let position = config.position.check(&mut state.position, inputs.position, rail_is_fault);
-    let pressure_a = config.pressure_a.check(&mut state.pressure_a, inputs.pressure_a, true);
-    let pressure_b = config.pressure_b.check(&mut state.pressure_b, inputs.pressure_b, true);
+    let [mut pressure_a, mut pressure_b] = if config.pressure_sensors {
+        [
+            config.pressure_a.check(&mut state.pressure_a, inputs.pressure_a, true),
+            config.pressure_b.check(&mut state.pressure_b, inputs.pressure_b, true),
+        ]
+    } else {
+        [None; 2]
+    };
+    state.lost = [pressure_a, pressure_b].map(|fault| fault.is_some() || !config.pressure_sensors);
+    if !config.pressure_loss_trips {
+        (pressure_a, pressure_b) = (None, None);
+    }
     let supply = if config.supply_sensor {
         config.supply.check(&mut state.supply, inputs.supply.unwrap_or(AdcCode(0)), true)
     } else {
@@ -275,8 +293,8 @@ fn advance_mode(config: &Config, state: &mut ControllerState, command: Option<Op
         (_, Some(reason), _) => Mode::Safe(reason),
         (Mode::SelfTest { ticks_left }, None, _) => {
             let all_seen = state.position.seen()
-                && state.pressure_a.seen()
-                && state.pressure_b.seen()
+                && (state.pressure_a.seen() || state.lost[0])
+                && (state.pressure_b.seen() || state.lost[1])
                 && (state.supply.seen() || !config.supply_sensor);
             match ticks_left.saturating_sub(1) {
                 0 if all_seen => Mode::Idle,

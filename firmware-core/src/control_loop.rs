@@ -296,7 +296,7 @@ impl ControlLoop {
             supply_pa: self.seen.supply.map(pascals),
         };
         let u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
-        if self.state.mode() == Mode::Run {
+        if self.state.mode() == Mode::Run && !self.seen.pressure_lost {
             let verdict = monitor.step(&readings, self.previous_u_v);
             see(&verdict);
             self.disagreement = verdict.disagreement;
@@ -341,11 +341,14 @@ impl ControlLoop {
         }
     }
 
-    /// The sensors mean something else now: self-test, unless a latched reason waits for its acknowledgement.
+    /// The sensors mean something else now: nothing that is known of them holds, least of all their noise. Self-test, unless a
+    /// latched reason waits for its acknowledgement.
     #[inline]
     fn test_anew(&mut self) {
-        if !matches!(self.state.mode(), Mode::Safe(_)) {
-            self.state = ControllerState::boot(None);
-        }
+        let latched = match self.state.mode() {
+            Mode::Safe(reason) => Some(reason),
+            _ => None,
+        };
+        self.state = ControllerState::boot(latched);
     }
 }

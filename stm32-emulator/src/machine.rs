@@ -116,6 +116,11 @@ impl<A: Analog> Machine<A> {
     #[inline]
     pub fn step(&mut self, end: Time) -> Result<Option<ResetCause>, Stop> {
         let chip = &mut self.chip;
+        if chip.rcc.clock_stopped {
+            let bites_at = chip.iwdg.bites_at();
+            chip.now = bites_at.min(end).max(chip.now);
+            return Ok((chip.now >= bites_at).then_some(ResetCause::Watchdog));
+        }
         if chip.now >= chip.next_event {
             chip.events();
         }

@@ -9,15 +9,17 @@ use crate::rig;
 use crate::runner::{Outcome, host_target, run, run_observed};
 use crate::scenario::{Expect, MonitorChoice, ReferenceSegment, Scenario, Start};
 use crate::target::{Target, TargetError, TickOutput};
-use control::{Channel, DacCode, Inputs, Mode, Parameters, twin};
+use control::{AdcCode, Channel, DacCode, Inputs, LawChoice, Mode, Parameters, twin};
 use plant_sim::CodeNoise;
+use plant_sim::servo::{Readings, Servo, Tuning};
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
+use rig_files::Io;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// The rigs of the study with a gain at which each moves briskly, V/m.
+/// The rigs of the study with the gain of the paper's law at which each moves briskly, V/m.
 pub const RIGS: [(&str, f64); 3] = [("paper-a", 4.0), ("paper-b", 10.0), ("paper-c", 20.0)];
 
 /// Uncommanded travel beyond which a fault threatens, m.
@@ -26,13 +28,44 @@ pub const THREAT_M: f64 = 0.010;
 /// Within this time a threatening fault should be caught, s.
 pub const GOAL_S: f64 = 0.020;
 
-/// A controller that believes everything: the law and the inverse dead zone alone.
-struct Unprotected(Parameters);
+/// A controller that believes every code: a law and the inverse dead zone alone, in f64.
+enum Unprotected {
+    Paper(Box<Parameters>),
+    Servo(Box<Servo>, Io),
+}
+
+impl Unprotected {
+    fn of(scenario: &Scenario) -> Result<Self, TargetError> {
+        let fail = |error: rig_files::InputError| TargetError(error.to_string());
+        let parameters = scenario.parameters("reliability").map_err(fail)?;
+        if parameters.law == LawChoice::Paper {
+            return Ok(Self::Paper(Box::new(parameters)));
+        }
+        let file = scenario.rig_file().map_err(fail)?;
+        let tuning = Tuning::of(&file.rig, rig_files::tuning::lag_s(&file), file.io.tick_s());
+        Ok(Self::Servo(Box::new(Servo::new(&file.rig, tuning)), file.io))
+    }
+}
 
 impl Target for Unprotected {
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError> {
-        let code = twin::output(&self.0, inputs.reference.to_num(), inputs.position.0).code;
-        Ok(TickOutput { dac: DacCode((code + 0.5) as u16), mode: Mode::Run })
+        let dac = match self {
+            Self::Paper(parameters) => {
+                let code = twin::output(parameters, inputs.reference.to_num(), inputs.position.0).code;
+                (code + 0.5) as u16
+            }
+            Self::Servo(servo, io) => {
+                let pressure = |code: AdcCode| io.pressure().quantity(u32::from(code.0));
+                let readings = Readings {
+                    y: io.position().quantity(u32::from(inputs.position.0)),
+                    p_a: Some(pressure(inputs.pressure_a)),
+                    p_b: Some(pressure(inputs.pressure_b)),
+                    p_sup: pressure(inputs.supply.unwrap_or_default()),
+                };
+                io.valve().code(servo.step(inputs.reference.to_num(), &readings)) as u16
+            }
+        };
+        Ok(TickOutput { dac: DacCode(dac), mode: Mode::Run })
     }
 
     fn has_watchdog(&self) -> bool {
@@ -131,11 +164,11 @@ pub fn rows() -> Vec<Row> {
     rows
 }
 
-/// When and where a fault strikes: rig, gain, situation, seed.
+/// When and where a fault strikes: rig, law, situation, seed.
 #[derive(Clone, Copy, Debug)]
 struct Situation {
     rig: &'static str,
-    gain: f64,
+    law: LawChoice,
     /// Which of [`PHASES`].
     phase: usize,
     seed: u64,
@@ -144,12 +177,12 @@ struct Situation {
 /// What the piston does when the fault strikes.
 const PHASES: [&str; 3] = ["at rest", "moving outwards", "turning back"];
 
-fn situations(seed: u64, seeds: u64) -> Vec<Situation> {
+fn situations(law: LawChoice, seed: u64, seeds: u64) -> Vec<Situation> {
     let mut all = Vec::new();
-    for (rig, gain) in RIGS {
+    for (rig, _) in RIGS {
         for phase in 0..3 {
             for n in 0..seeds {
-                all.push(Situation { rig, gain, phase, seed: seed.wrapping_mul(1000).wrapping_add(n) });
+                all.push(Situation { rig, law, phase, seed: seed.wrapping_mul(1000).wrapping_add(n) });
             }
         }
     }
@@ -171,7 +204,10 @@ fn scenario(situation: &Situation, mut fault: Fault, quiet: bool, dump: bool) ->
     fault.at_s = (at_s * 1000.0_f64).round() / 1000.0;
     let effect = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), value)]);
     let mut control = toml::Table::new();
-    control.insert("gain_v_per_m".into(), toml::Value::Float(situation.gain));
+    if situation.law == LawChoice::Paper {
+        let gain = RIGS.iter().find(|(rig, _)| *rig == situation.rig).map_or(4.0, |(_, gain)| *gain);
+        control.insert("gain_v_per_m".into(), toml::Value::Float(gain));
+    }
     Scenario {
         name: "reliability".into(),
         rig: situation.rig.into(),
@@ -200,16 +236,15 @@ fn scenario(situation: &Situation, mut fault: Fault, quiet: bool, dump: bool) ->
 }
 
 fn unprotected(scenario: &Scenario) -> Result<Outcome, TargetError> {
-    let parameters = scenario.parameters("reliability").map_err(|error| TargetError(error.to_string()))?;
-    run_observed(scenario, &mut Unprotected(parameters), |_| ())
+    run_observed(scenario, &mut Unprotected::of(scenario)?, |_| ())
 }
 
-/// Runs one row over all situations.
+/// Runs one row over all situations under a law.
 ///
 /// # Errors
 /// A scenario that controller or plant refuse: a defect of the study.
-pub fn study(row: &Row, seed: u64, seeds: u64) -> Result<Tally, TargetError> {
-    let runs: Vec<_> = situations(seed, seeds)
+pub fn study(row: &Row, law: LawChoice, seed: u64, seeds: u64) -> Result<Tally, TargetError> {
+    let runs: Vec<_> = situations(law, seed, seeds)
         .par_iter()
         .map(|situation| {
             let spoilt = scenario(situation, row.fault, row.quiet, row.dump);
@@ -289,13 +324,13 @@ pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 
 /// As [`study`].
 pub fn normal_running(
     rig_name: &'static str,
-    gain: f64,
+    law: LawChoice,
     rig_error: f64,
     quiet: bool,
     duration_s: f64,
     seed: u64,
 ) -> Result<(Outcome, f32), TargetError> {
-    let situation = Situation { rig: rig_name, gain, phase: 0, seed };
+    let situation = Situation { rig: rig_name, law, phase: 0, seed };
     let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), quiet, false);
     scenario.fault.clear();
     scenario.duration_s = duration_s;

@@ -47,6 +47,8 @@ macro_rules! scenarios {
 }
 
 scenarios! {
+    a_lost_pressure_sensor_may_be_ridden_through,
+    without_pressure_sensors_the_law_goes_by_its_model,
     paper_a_overshoots_and_hunts,
     a_noiseless_position_frozen_in_mid_move_is_caught_without_a_model,
     a_noiseless_slam_into_an_end_stop_is_no_fault,

@@ -1,6 +1,6 @@
 //! The reliability study in small: what must be caught is caught, and normal running never trips.
 
-use control::Channel;
+use control::{Channel, LawChoice};
 use scenarios::fault::Kind;
 use scenarios::reliability::{RIGS, normal_running, rows, study};
 
@@ -15,7 +15,7 @@ fn a_position_that_vanishes_or_turns_to_garbage_is_always_caught_in_20_ms_and_mo
     for row in select(|kind, channel| {
         channel == Some(Channel::Position) && matches!(kind, Kind::Off | Kind::Shorted | Kind::Garbage)
     }) {
-        let tally = study(&row, 7, 1).unwrap();
+        let tally = study(&row, LawChoice::Servo, 7, 1).unwrap();
         assert!(tally.threatening >= 3, "{}: the study itself has gone blunt: {tally:?}", row.label);
         assert_eq!((tally.in_time, tally.missed), (tally.threatening, 0), "{}: {tally:?}", row.label);
         assert!(tally.worst_excursion_m < 0.005, "{}: {tally:?}", row.label);
@@ -25,7 +25,7 @@ fn a_position_that_vanishes_or_turns_to_garbage_is_always_caught_in_20_ms_and_mo
 #[test]
 fn a_noisy_position_that_freezes_is_always_caught_in_20_ms() {
     let row = &select(|kind, channel| channel == Some(Channel::Position) && kind == Kind::Stuck)[0];
-    let tally = study(row, 7, 1).unwrap();
+    let tally = study(row, LawChoice::Servo, 7, 1).unwrap();
     assert_eq!(tally.in_time, tally.threatening, "{tally:?}");
     assert_eq!(tally.reasons.values().sum::<usize>(), tally.runs, "{tally:?}");
 }
@@ -35,7 +35,7 @@ fn every_lost_or_frozen_pressure_sensor_is_caught_in_every_run() {
     for row in select(|kind, channel| {
         channel.is_some_and(|c| c != Channel::Position) && matches!(kind, Kind::Off | Kind::Shorted | Kind::Garbage)
     }) {
-        let tally = study(&row, 7, 1).unwrap();
+        let tally = study(&row, LawChoice::Servo, 7, 1).unwrap();
         assert_eq!(tally.reasons.values().sum::<usize>(), tally.runs, "{}: {tally:?}", row.label);
     }
 }
@@ -44,7 +44,7 @@ fn every_lost_or_frozen_pressure_sensor_is_caught_in_every_run() {
 fn timing_faults_supply_loss_and_a_dead_clock_reach_the_safe_state_in_every_run() {
     for row in select(|kind, _| matches!(kind, Kind::DroppedTicks | Kind::LateTicks | Kind::Overrun | Kind::SupplyLoss))
     {
-        let tally = study(&row, 7, 1).unwrap();
+        let tally = study(&row, LawChoice::Servo, 7, 1).unwrap();
         assert_eq!(tally.reasons.values().sum::<usize>(), tally.runs, "{}: {tally:?}", row.label);
         assert_eq!(tally.missed, 0, "{}: {tally:?}", row.label);
     }
@@ -52,9 +52,9 @@ fn timing_faults_supply_loss_and_a_dead_clock_reach_the_safe_state_in_every_run(
 
 #[test]
 fn two_minutes_of_normal_running_never_trip_even_when_the_rig_file_is_a_tenth_off() {
-    for (rig, gain) in RIGS {
+    for (rig, _) in RIGS {
         for (rig_error, quiet) in [(0.0, false), (0.1, false), (0.0, true)] {
-            let (outcome, closest) = normal_running(rig, gain, rig_error, quiet, 120.0, 3).unwrap();
+            let (outcome, closest) = normal_running(rig, LawChoice::Servo, rig_error, quiet, 120.0, 3).unwrap();
             assert_eq!(outcome.tripped, None, "{rig}");
             assert!((0.05..1.0).contains(&closest), "{rig}: {closest}");
         }

@@ -42,6 +42,8 @@ scenarios! {
     the_identification_sequence_runs_without_a_trip,
     ten_thousand_ticks_per_second_move_and_catch_a_lost_sensor,
     a_jammed_valve_is_found_and_the_dump_valve_takes_the_air,
+    a_lost_pressure_sensor_may_be_ridden_through,
+    without_pressure_sensors_the_law_goes_by_its_model,
 }
 
 #[test]

@@ -7,7 +7,7 @@
 use super::air::Air;
 use super::factor::{Factor, quotient};
 use super::inversion::{Valve, ValveModel};
-use super::observer::{Estimate, Opening};
+use super::observer::{Body, Estimate, Opening};
 use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
 use crate::arithmetic::{limit, multiply, saturate};
 use crate::quantities::{Velocity, Voltage};
@@ -58,17 +58,6 @@ pub(crate) struct LearningRates {
     pub(crate) inertia_part: Factor<Acceleration, Acceleration>,
     /// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
     pub(crate) mass_part: Factor<Part, Part>,
-}
-
-/// The piston and its load as learned; friction per nominal mass.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Body {
-    /// Coulomb friction.
-    pub coulomb: Acceleration,
-    /// Viscous friction.
-    pub viscous: Damping,
-    /// Mass over nominal mass.
-    pub mass: Ratio,
 }
 
 /// The spool's lag as learned.

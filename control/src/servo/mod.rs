@@ -43,8 +43,8 @@ use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use hold::Hold;
 use inversion::ValveModel;
-use learning::{Body, Lag};
-use observer::Estimate;
+use learning::Lag;
+use observer::{Body, Estimate};
 use reference::Motion;
 use stick::Stick;
 use stream::Stream;
@@ -159,7 +159,9 @@ impl ServoState {
 
 impl Tuning {
     /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run.
-    #[inline]
+    ///
+    /// Never inlined, so that it is compiled with this crate's options: for speed, also in a firmware that is compiled for size.
+    #[inline(never)]
     pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
         let chambers = &self.chambers;
         let force_of = |pressure: Pressure| chambers.per_pa.of(pressure);
@@ -177,8 +179,13 @@ impl Tuning {
         let air = chambers.air(state.estimate.y, state.forces);
         let innovation = state.estimate.correct(read.y, measured, &self.observer);
         let valve = (&self.valve, &state.valve);
-        let opening =
-            state.estimate.predict(state.acting, &air, valve, (&state.lag, &state.body), (&self.observer, &self.tick));
+        let opening = state.estimate.predict(
+            state.acting,
+            &air,
+            valve,
+            (state.lag.ticks, &state.body),
+            (&self.observer, &self.tick),
+        );
         if let Some(force) = innovation.force {
             // A wrong rate of force stands as an innovation of that rate over the correction's.
             let wrong = self.learning.wrong.of(force);

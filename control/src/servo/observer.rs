@@ -7,8 +7,7 @@ use super::air::Air;
 use super::angle::angle;
 use super::factor::{Factor, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
-use super::learning::{Body, Lag};
-use super::{Acceleration, Angle, Jerk, Tick, Ticks};
+use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
 use crate::arithmetic::{limit, multiply, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 
@@ -29,6 +28,17 @@ pub(crate) struct ObserverGains {
     pub(crate) bristle_q24: i32,
     /// `T σ_0 / M`: from velocity to the change of the bristles' force.
     pub(crate) bristle: Factor<Velocity, Acceleration>,
+}
+
+/// The piston and its load as learned; friction per nominal mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Coulomb friction.
+    pub coulomb: Acceleration,
+    /// Viscous friction.
+    pub viscous: Damping,
+    /// Mass over nominal mass.
+    pub mass: Ratio,
 }
 
 /// What is known of the rig at the next tick. Forces are per moving mass.
@@ -118,11 +128,11 @@ impl Estimate {
         u: Voltage,
         air: &Air,
         (valve, model): (&Valve, &ValveModel),
-        (lag, body): (&Lag, &Body),
+        (lag, body): (Ticks, &Body),
         (gains, tick): (&ObserverGains, &Tick),
     ) -> Opening {
         let distance = self.spool.saturating_sub(u);
-        let spool = Spool::of(lag.ticks);
+        let spool = Spool::of(lag);
         let mean = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.mean_q28, 28)));
         self.spool = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.keeps_q28, 28)));
         let w = valve.effective(model, mean);

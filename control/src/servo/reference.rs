@@ -9,7 +9,6 @@
 //! bits and end at ±32: a target farther away is as good as one there.
 
 use super::factor::{Factor, quotient, root_q26};
-use super::stream::Aim;
 use super::{Acceleration, Jerk, Tick};
 use crate::arithmetic::{limit, saturate};
 use crate::quantities::{Position, Velocity};
@@ -24,7 +23,8 @@ const ONE: i32 = 1 << 26;
 pub(crate) struct Limits {
     /// Highest speed, in those units.
     pub(crate) speed: I6F26,
-    /// The tick, in those units.
+    /// The time for which a jerk is planned, in those units: a tick, but no less than a millisecond. In less, full jerk changes
+    /// the stopping point by a few bits only, and the jerk would alternate between its ends.
     pub(crate) tick: I6F26,
     /// To their length.
     pub(crate) length: Factor<Position, I6F26>,
@@ -50,6 +50,15 @@ pub struct Motion {
     pub a: Acceleration,
 }
 
+/// The target as the reference follows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aim {
+    /// Where it is at the next tick.
+    pub(crate) motion: Motion,
+    /// Its jerk.
+    pub(crate) jerk: Jerk,
+}
+
 /// A point as the plan sees it: from the aim, in units of the limits, 26 fractional bits.
 #[derive(Clone, Copy)]
 struct Seen {
@@ -60,9 +69,21 @@ struct Seen {
 
 /// A product with 26 fractional bits.
 #[inline]
-fn times(a: i64, b: i32) -> i64 {
-    (a * i64::from(b)) >> 26
+fn wide(a: i32, b: i32) -> i64 {
+    (i64::from(a) * i64::from(b)) >> 26
 }
+
+/// The same where it is below 32.
+#[inline]
+fn times(a: i32, b: i32) -> i32 {
+    wide(a, b) as i32
+}
+
+/// Steps of the search for the jerk, and the distance to the aim at which it ends, 3 nm on the paper's case (a): shortly before
+/// the aim a micrometre is full jerk.
+const STEPS: u32 = 6;
+/// See [`STEPS`].
+const NEAR: i32 = 1;
 
 impl Motion {
     /// At rest.
@@ -124,6 +145,9 @@ impl Motion {
     /// The jerk of the next tick on the way to the aim, planned as seen from it and with the limits that its motion leaves.
     #[inline]
     pub(crate) fn jerk_towards(&self, aim: &Aim, limits: &Limits) -> Jerk {
+        if *self == aim.motion {
+            return aim.jerk;
+        }
         // Beyond these a motion is pushed back with all that the limits allow anyway.
         let within = |x: i64, most: i32| limit(x, -i64::from(most), i64::from(most)) as i32;
         let (speed, tick) = (limits.speed.to_bits(), limits.tick.to_bits());
@@ -138,18 +162,19 @@ impl Motion {
             per_most: inverse(most),
             per_jerk: inverse(jerk),
             tick,
+            most_square: times(most, most),
         };
         let seen = Seen {
             y: limits.length.wide(self.from(&aim.motion)),
             v: within(limits.velocity.wide(self.v.saturating_sub(aim.motion.v)), 4 * ONE),
-            a: within(limits.acceleration.wide(self.a.saturating_sub(aim.motion.a)), 2 * ONE),
+            a: within(limits.acceleration.wide(self.a.saturating_sub(aim.motion.a)), ONE + ONE / 2),
         };
         aim.jerk.saturating_add(limits.jerk.of(I6F26::from_bits(seen.change(&frame))))
     }
 }
 
 /// The least that a moving aim leaves of a limit.
-const LEAST_LEFT: i32 = ONE / 4;
+const LEAST_LEFT: i32 = ONE / 2;
 
 /// `1 / x` of a part of one.
 #[inline]
@@ -167,37 +192,39 @@ struct Frame {
     jerk: i32,
     per_jerk: i32,
     tick: i32,
+    /// Square of the acceleration's.
+    most_square: i32,
 }
 
 impl Seen {
     /// After a tick in which the acceleration changes evenly to `a`.
     #[inline]
-    fn after(&self, a: i32, tick: i32) -> Self {
-        let v = self.v + times(i64::from(self.a) + i64::from(a), tick / 2) as i32;
-        Self { y: self.y + times(i64::from(self.v) + i64::from(v), tick / 2), v, a }
+    fn after(&self, a: i32, half_tick: i32) -> Self {
+        let v = self.v + times(self.a + a, half_tick);
+        Self { y: self.y + i64::from(times(self.v + v, half_tick)), v, a }
     }
 
     /// Where the motion comes to rest if it brakes from now on within the limits.
     #[inline]
     fn stopping_point(&self, frame: &Frame) -> i64 {
         let &Frame { most, per_most, jerk, per_jerk, .. } = frame;
-        // |v| <= 6 and |a| <= 3, the reciprocals at most 4: nothing below leaves 64 bits, and only sums of ways leave 32.
-        let half_square = times(times(i64::from(self.a), self.a) / 2, per_jerk);
+        // |a| <= 2 and |v| <= 5, the reciprocals at most 2: all below 32 but the sum of ways, which has 64 bits.
+        let half_square = times(times(self.a, self.a) >> 1, per_jerk);
         // The speed left once the acceleration has gone to zero tells which way to brake.
-        let left = i64::from(self.v) + if self.a < 0 { -half_square } else { half_square };
+        let left = self.v + if self.a < 0 { -half_square } else { half_square };
         let (v, a) = if left >= 0 { (self.v, self.a) } else { (-self.v, -self.a) };
-        let squared = times((i64::from(v) + half_square).max(0), jerk);
-        let full = squared >= times(i64::from(most), most);
+        let squared = times((v + half_square).max(0), jerk);
+        let full = squared >= frame.most_square;
         let peak = if full { most } else { root_q26(squared as u32) as i32 };
         let change = a + peak;
-        let t_1 = times(i64::from(change), per_jerk) as i32;
-        let half_peak = times(times(i64::from(peak), peak) / 2, per_jerk);
-        let v_1 = i64::from(v) + half_square - half_peak;
-        let t_2 = if full { times((v_1 - half_peak).max(0), per_most) as i32 } else { 0 };
-        let third = |x: i64| times(x, const { ONE / 3 });
-        let way = times(i64::from(v) + times((i64::from(a) - third(i64::from(change))) / 2, t_1), t_1)
-            + times((v_1 + half_peak) / 2, t_2)
-            + third(times(times(half_peak, peak), per_jerk));
+        let t_1 = times(change, per_jerk);
+        let half_peak = times(times(peak, peak) >> 1, per_jerk);
+        let v_1 = v + half_square - half_peak;
+        let t_2 = if full { times((v_1 - half_peak).max(0), per_most) } else { 0 };
+        let third = |x: i32| times(x, const { ONE / 3 });
+        let way = wide(v + times((a - third(change)) >> 1, t_1), t_1)
+            + wide((v_1 + half_peak) >> 1, t_2)
+            + i64::from(third(times(times(half_peak, peak), per_jerk)));
         self.y + if left >= 0 { way } else { -way }
     }
 
@@ -206,37 +233,37 @@ impl Seen {
     fn change(&self, frame: &Frame) -> i32 {
         let &Frame { speed, most, jerk, per_jerk, tick, .. } = frame;
         // The acceleration after the tick from which the speed limit is just reached, either way.
-        let half_tick = tick / 2;
-        let quarter = times(i64::from(half_tick), half_tick) as i32;
+        let half_tick = tick >> 1;
+        let quarter = times(half_tick, half_tick);
         let to_speed = |speed: i32| {
-            let room = speed - self.v - times(i64::from(half_tick), self.a) as i32;
-            let twice = saturate(times(2 * i64::from(room).abs(), per_jerk));
-            let root =
-                times(i64::from(root_q26(quarter.saturating_add(twice).unsigned_abs())) - i64::from(half_tick), jerk);
-            if room < 0 { -root as i32 } else { root as i32 }
+            let room = speed - self.v - times(half_tick, self.a);
+            // Below 2 · 9 · 2 of 64.
+            let twice = times(room.saturating_abs(), per_jerk).unsigned_abs() << 1;
+            let root = times((root_q26(twice + quarter.unsigned_abs()) as i32) - half_tick, jerk);
+            if room < 0 { -root } else { root }
         };
-        let step = times(i64::from(tick), jerk) as i32;
+        let step = times(tick, jerk);
         let low = (self.a - step).max(to_speed(-speed).max(-most));
         let high = (self.a + step).min(to_speed(speed).min(most));
         // Beyond a limit (it was pushed there), go back with full jerk.
         let mut low = low.min(self.a + step);
         let mut high = high.max(self.a - step).max(low);
-        let beyond = |a: i32| saturate(self.after(a, tick).stopping_point(frame));
-        let (mut at_low, mut at_high) = (beyond(low), beyond(high));
+        let beyond = |a: i32| saturate(self.after(a, half_tick).stopping_point(frame));
+        let mut at_high = beyond(high);
         if at_high <= 0 {
             return high - self.a;
         }
+        let mut at_low = beyond(low);
         if at_low >= 0 {
             return low - self.a;
         }
         // Regula falsi with halved ends (Illinois). at_low < 0 < at_high.
         let mut a = low;
-        for _ in 0..6 {
+        for _ in 0..STEPS {
             let whole = (i64::from(at_high) - i64::from(at_low)) >> 1;
-            let part = quotient(-(at_low >> 1), whole as u32, 26);
-            a = low + times(i64::from(high - low), part) as i32;
+            a = low + times(high - low, quotient(-(at_low >> 1), whole as u32, 26));
             let at = beyond(a);
-            if at.saturating_abs() <= 1 {
+            if at.saturating_abs() <= NEAR {
                 break;
             }
             if at > 0 {

@@ -1,7 +1,7 @@
 //! The target as a motion: a streamed target gets a velocity, an acceleration and a jerk, a step gets none.
 
 use super::factor::Factor;
-use super::reference::Motion;
+use super::reference::{Aim, Motion};
 use super::{Acceleration, Jerk, Part, Tick};
 use crate::arithmetic::{limit, multiply};
 use crate::quantities::{Position, Velocity};
@@ -46,15 +46,6 @@ pub struct Stream {
     used: Part,
     last: Position,
     last_change: Position,
-}
-
-/// The target as the reference follows it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Aim {
-    /// Where it is at the next tick.
-    pub(crate) motion: Motion,
-    /// Its jerk.
-    pub(crate) jerk: Jerk,
 }
 
 impl Stream {

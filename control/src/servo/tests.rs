@@ -8,8 +8,17 @@ use crate::config::Config;
 use crate::parameters::{LawChoice, Parameters};
 
 fn tuning() -> Tuning {
-    let p =
-        Parameters { law: LawChoice::Servo, dead_zone_right_v: 0.42, dead_zone_left_v: -0.42, ..Parameters::default() };
+    tuning_at(1000)
+}
+
+fn tuning_at(tick_hz: u32) -> Tuning {
+    let p = Parameters {
+        tick_hz,
+        law: LawChoice::Servo,
+        dead_zone_right_v: 0.42,
+        dead_zone_left_v: -0.42,
+        ..Parameters::default()
+    };
     Config::from_parameters(&p).expect("valid").servo.expect("the positioning law")
 }
 
@@ -80,7 +89,7 @@ fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
     let tuning = tuning();
     for target in [1e-4, 1e-3, 0.045, 0.3, -0.4] {
         let mut motion = Motion::default();
-        let aim = stream::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
         for _ in 0..3000 {
             motion = motion.arrived(&aim.motion, &tuning.limits);
             let jerk = if motion == aim.motion { Jerk::ZERO } else { motion.jerk_towards(&aim, &tuning.limits) };
@@ -100,7 +109,7 @@ fn a_target_changed_in_mid_move_is_reached_too() {
     let mut motion = Motion::default();
     for tick in 0..3000 {
         let target = if tick < 150 { 0.3 } else { -0.02 };
-        let aim = stream::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
         motion = motion.arrived(&aim.motion, &tuning.limits);
         motion = motion.after(motion.jerk_towards(&aim, &tuning.limits), &tuning.tick);
     }
@@ -113,7 +122,7 @@ fn a_step_has_no_velocity_and_a_sine_has_its_own() {
     let mut stream = Stream::at(Position::ZERO);
     for _ in 0..5 {
         let aim = stream.take(metres(0.045), &tuning.stream, &tuning.tick);
-        assert_eq!(aim, stream::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO });
+        assert_eq!(aim, reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO });
     }
     let mut stream = Stream::at(Position::ZERO);
     let w = core::f64::consts::PI;
@@ -134,11 +143,11 @@ fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expec
     let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
     let rest = tuning.chambers.rest;
     let air = tuning.chambers.air(Position::ZERO, [rest, rest, tuning.chambers.nominal_supply]);
-    let (lag, body) = (Lag::of(tuning.lag), tuning.body);
+    let (lag, body) = (tuning.lag, tuning.body);
     for tick in 0..400 {
         estimate.correct(metres(0.1e-3 * f64::from(tick)), Some(Acceleration::ZERO), &tuning.observer);
         let valve = (&tuning.valve, &valve);
-        estimate.predict(Voltage::ZERO, &air, valve, (&lag, &body), (&tuning.observer, &tuning.tick));
+        estimate.predict(Voltage::ZERO, &air, valve, (lag, &body), (&tuning.observer, &tuning.tick));
     }
     assert!((value(estimate.v) - 0.1).abs() < 1e-3, "{estimate:?}");
     assert!((value(estimate.y) - 0.04).abs() < 1e-5, "one tick ahead: {estimate:?}");
@@ -250,4 +259,24 @@ fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other(
     assert_eq!(refused(|p| p.servo_jerk_m_per_s3 = 1.0e4), "servo_jerk_m_per_s3");
     assert_eq!(refused(|p| p.servo_observer_rad_per_s = 600.0), "servo_observer_rad_per_s");
     assert_eq!(refused(|p| p.servo_area_m2_per_kg = 0.5), "servo_area_m2_per_kg");
+}
+
+#[test]
+fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
+    for tick_hz in [1000, 3000, 10_000, 20_000] {
+        let tuning = tuning_at(tick_hz);
+        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO };
+        let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
+        for _ in 0..tick_hz {
+            motion = motion.arrived(&aim.motion, &tuning.limits);
+            let jerk = motion.jerk_towards(&aim, &tuning.limits);
+            // Half of the limit, so that the small corrections of a planned jerk do not count.
+            let side = i32::from(jerk > 40) - i32::from(jerk < -40);
+            sides += u32::from(side != 0 && side != last);
+            last = if side == 0 { last } else { side };
+            motion = motion.after(jerk, &tuning.tick);
+        }
+        assert_eq!(motion, aim.motion, "{tick_hz}");
+        assert!((3..=5).contains(&sides), "at {tick_hz} ticks a second the jerk changed its side {sides} times");
+    }
 }

@@ -7,8 +7,8 @@ use super::factor::Factor;
 use super::hold::{HoldLimits, Weights};
 use super::inversion::Valve;
 use super::law::LawGains;
-use super::learning::{Body, LearningRates};
-use super::observer::ObserverGains;
+use super::learning::LearningRates;
+use super::observer::{Body, ObserverGains};
 use super::reference::Limits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
@@ -79,6 +79,8 @@ const SAME_M: f64 = 5e-6;
 const STANDING: f64 = 1e-3;
 /// Reference: distance from which it is put on its aim, beyond one tick's jerk, m.
 const NEAR_M: f64 = 2e-6;
+/// Reference: shortest time for which a jerk is planned, s.
+const PLANNED_S: f64 = 1e-3;
 /// Stick: mean speed below which the piston sticks, m/s.
 const STICK_SPEED: f64 = 1.6e-3;
 /// Stick: rate of force over that of the law.
@@ -140,13 +142,14 @@ impl Tuning {
             [p.servo_speed_m_per_s, p.servo_acceleration_m_per_s2, p.servo_jerk_m_per_s3].map(f64::from);
         let w = f64::from(p.servo_bandwidth_rad_per_s);
         let w_o = f64::from(p.servo_observer_rad_per_s);
+        let planned = t.max(PLANNED_S);
         let natural = speed * jerk / (acceleration * acceleration);
         demand(
-            natural <= 3.0 && t * jerk <= 0.5 * acceleration,
+            natural <= 3.0 && planned * jerk <= 0.5 * acceleration,
             Key::servo_jerk_m_per_s3,
             jerk,
             "be at most 3 times the square of servo_acceleration_m_per_s2 over servo_speed_m_per_s, and at most half that \
-             acceleration in a tick (metres per second cubed)",
+             acceleration in a tick or a millisecond (metres per second cubed)",
         )?;
         demand(w_o * t <= 0.5, Key::servo_observer_rad_per_s, w_o, "be at most half of tick_hz (radians per second)")?;
         let per_mass = f64::from(p.servo_area_m2_per_kg);
@@ -233,13 +236,17 @@ impl Tuning {
             },
             limits: Limits {
                 speed: exactly::<I6F26>(natural),
-                tick: exactly::<I6F26>(t * jerk / acceleration),
+                tick: exactly::<I6F26>(planned * jerk / acceleration),
                 length: Factor::new(jerk * jerk / (acceleration * acceleration * acceleration)),
                 velocity: Factor::new(jerk / (acceleration * acceleration)),
                 aim_jerk: Factor::new(1.0 / jerk),
                 acceleration: Factor::new(1.0 / acceleration),
-                jerk: Factor::new(acceleration * hz),
-                near: (exactly(jerk * t), exactly(jerk * t * t), exactly(NEAR_M + jerk * t * t * t)),
+                jerk: Factor::new(acceleration / planned),
+                near: (
+                    exactly(jerk * planned),
+                    exactly(jerk * planned * planned),
+                    exactly(NEAR_M + jerk * planned * planned * planned),
+                ),
             },
             law: gains(w),
             hold: HoldLimits {

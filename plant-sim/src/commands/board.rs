@@ -3,6 +3,7 @@
 mod bench;
 mod measure;
 mod parameters;
+mod tune;
 mod update;
 
 use super::{CliError, in_range};
@@ -13,6 +14,8 @@ use plant_sim::commission::dead_zone::Search;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
+use tune::Tune;
+use update::Update;
 
 /// Talk to a board: state, setpoints, parameters.
 ///
@@ -123,6 +126,13 @@ enum Action {
         #[arg(long)]
         save: bool,
     },
+    /// Let the board find out about its rig: dead zone, mass, friction, flow; and step before and after
+    #[command(
+        after_long_help = "The piston moves about the middle of its range: first by small valve voltages, then by 2, 5 and 10 % of the \
+        range, for a minute. The diagnosis tells what the log of it shows, and writes DIR/extended-rig.toml and DIR/report.html. \
+        Without --apply or --save the board is left as it was."
+    )]
+    Tune(tune::Arguments),
     /// Write all parameters to flash
     Save,
     /// Back to the defaults (not saved)
@@ -210,11 +220,9 @@ fn failed(error: BoardError) -> CliError {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match (&arguments.emulated, &arguments.action) {
         (Some(elf), action) => bench::run(elf, arguments.rig.as_deref(), arguments.log.as_deref(), action.as_ref()),
-        (None, Some(Action::Update { file, in_bootloader, new_parameters })) => {
-            update::update(&arguments.port, &update::read(file)?, *in_bootloader, *new_parameters)
-        }
         (None, Some(action)) => match task(action)? {
             None => Ok(()),
+            Some(Task::Update(update)) => update.carry_out(&arguments.port),
             Some(task) => carry_out(task, &mut open(&arguments.port)?),
         },
         (None, None) => Err(CliError::Usage("say what to do, for example `status`; --help lists the commands".into())),
@@ -243,10 +251,9 @@ fn task(action: &Action) -> Result<Option<Task>, CliError> {
             in_range("--passes", *passes as f64, 1.0, 20.0, "passes")?;
             Task::DeadZone(Search { limit_v: *limit, passes: *passes }, *apply, *save)
         }
-        Action::Update { .. } => {
-            return Err(CliError::Usage(
-                "an update goes through the bootloader of a real board, at --port; an emulated one takes the new file by --emulated".into(),
-            ));
+        Action::Tune(arguments) => Task::Tune(Box::new(Tune::prepare(arguments)?)),
+        Action::Update { file, in_bootloader, new_parameters } => {
+            Task::Update(Update::read(file, *in_bootloader, *new_parameters)?)
         }
         other => Task::Ask(command(other)?),
     }))
@@ -262,7 +269,13 @@ fn carry_out<P: Read + Write>(task: Task, client: &mut Client<P>) -> Result<(), 
             measure::calibrate(client, channel, values, save, measure::ask_person)?;
         }
         Task::DeadZone(search, apply, save) => measure::dead_zone(client, &search, apply, save)?,
+        Task::Tune(tune) => tune.carry_out(client)?,
         Task::Write(out) => parameters::write(client, &out)?,
+        Task::Update(_) => {
+            return Err(CliError::Usage(
+                "the emulated chip has no bootloader in its ROM; give --emulated the new file".into(),
+            ));
+        }
     }
     Ok(())
 }
@@ -283,6 +296,10 @@ enum Task {
     DeadZone(Search, bool, bool),
     /// All values to a file.
     Write(PathBuf),
+    /// The board finds out about its rig.
+    Tune(Box<Tune>),
+    /// New firmware.
+    Update(Update),
 }
 
 fn open(port: &str) -> Result<Client<Box<dyn serialport::SerialPort>>, CliError> {
@@ -318,6 +335,7 @@ fn command(action: &Action) -> Result<Command, CliError> {
         // `run` has taken the others out.
         Action::Status
         | Action::Calibrate { .. }
+        | Action::Tune(_)
         | Action::Update { .. }
         | Action::DeadZone { .. }
         | Action::Parameters { .. }

@@ -40,6 +40,13 @@ pub(crate) struct Arguments {
     apply: bool,
 }
 
+impl Arguments {
+    /// Of a rig file and a log of this project's own, into a folder.
+    pub(crate) fn plain(rig: PathBuf, log: PathBuf, out: PathBuf) -> Self {
+        Self { rig: RigArgument { rig }, log, map: None, out, apply: false }
+    }
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let rig = RigFile::read(&arguments.rig.rig)?;
     let log = match &arguments.map {

@@ -91,7 +91,7 @@ pub(crate) fn all_printed() -> Result<(), CliError> {
 }
 
 /// The rig of `--rig`.
-#[derive(clap::Args, Debug)]
+#[derive(clap::Args, Clone, Debug)]
 pub(crate) struct RigArgument {
     /// Rig file (TOML), e.g. rigs/paper-a.toml
     #[arg(long, value_name = "FILE")]

@@ -1,22 +1,25 @@
-//! `plant-sim run`: the positioning step of the paper on several rigs, as a table, a report and a picture.
+//! `plant-sim run`: a positioning step on several rigs, under the positioning law and under the paper's, beside the fastest move
+//! that the valve allows; as a table, a report and a picture.
 
 use super::CliError;
-use control::{Key, LawChoice, Mode, Reason};
+use control::{Key, LawChoice, Mode, Parameters, Reason};
+use plant_sim::bound::bound_s;
 use plant_sim::charts;
 use plant_sim::controller;
 use plant_sim::emulated::positioning;
 use plant_sim::metrics::StepMetrics;
 use plant_sim::recording::Recording;
 use plant_sim::{ConversionNoise, LoopSettings, MonitorAction};
-use report_html::{Page, Table, Tone, svg};
+use report_html::{Page, Plot, Table, Tone, svg};
 use rig_files::{InputError, Log, RigFile, write_file};
 use std::path::{Path, PathBuf};
 
-/// Position one or several rigs under the firmware's own control law; this is what plant-sim does without a command.
+/// Position one or several rigs under the firmware's own control laws; this is what plant-sim does without a command.
 ///
 /// Plant, sensors with noise, converters with quantisation and oversampling, the firmware's fixed-point control tick, DAC
-/// and valve form one loop. By default the three cylinders of the paper move to its target of 45 mm at 4 V/m. A table is
-/// printed; the report is one HTML file with plots to zoom and hover that works offline.
+/// and valve form one loop. By default the three cylinders of the paper move to its target of 45 mm, under the positioning law and
+/// under the paper's proportional law, and a table compares both with the fastest move the valve allows (full flow,
+/// there and back). The report is one HTML file with plots to zoom and hover that works offline.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLES\n  \
     plant-sim run\n  \
@@ -30,7 +33,7 @@ pub(crate) struct Arguments {
     /// Controller file (TOML) that replaces the values derived from the rig
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// The paper's law with this proportional gain, V/m; by default the law of the controller file, else the positioning law
+    /// Proportional gain of the paper's law, V/m (default: that of the controller file, else 4)
     #[arg(long, value_name = "V_PER_M", allow_negative_numbers = true)]
     gain: Option<f32>,
     /// Target position, m from mid-stroke
@@ -63,8 +66,15 @@ pub(crate) struct Arguments {
     logs: bool,
 }
 
+/// The picture shows this much of a run, s.
+const PICTURE_S: f64 = 2.0;
+
 struct Run {
-    name: String,
+    /// Of the rig.
+    rig: String,
+    law: LawChoice,
+    /// What no law on this valve beats, s.
+    bound_s: f64,
     recording: Recording,
     /// What the firmware has sent, if the firmware ran the loop.
     telemetry: Option<Log>,
@@ -88,7 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut runs = Vec::new();
     let elf = arguments.elf.as_deref().map(read_elf).transpose()?;
     for rig in &rigs {
-        runs.push(position(rig, arguments, &settings, elf.as_deref())?);
+        runs.extend(position(rig, arguments, &settings, elf.as_deref())?);
     }
 
     let table = table(&runs);
@@ -106,10 +116,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say!("Picture: {}", picture.display());
     if arguments.logs {
         for run in &runs {
-            let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name)));
+            let path = arguments.out.join(format!("{}.csv", super::file_name(&run.name())));
             run.telemetry.clone().unwrap_or_else(|| run.recording.to_log()).write(&path)?;
             say!("Log:     {}", path.display());
-            let path = arguments.out.join(format!("{}-true.csv", super::file_name(&run.name)));
+            let path = arguments.out.join(format!("{}-true.csv", super::file_name(&run.name())));
             run.recording.to_true_log().write(&path)?;
             say!("States:  {}", path.display());
         }
@@ -133,47 +143,75 @@ fn read_elf(path: &Path) -> Result<Vec<u8>, CliError> {
     std::fs::read(path).map_err(|error| InputError::unreadable(&path.display().to_string(), &error).into())
 }
 
+/// The runs of one rig: under the positioning law, unless the controller file chooses the paper's, and under the paper's.
 fn position(
     rig: &RigFile,
     arguments: &Arguments,
     settings: &LoopSettings,
     elf: Option<&[u8]>,
-) -> Result<Run, CliError> {
+) -> Result<Vec<Run>, CliError> {
     let half_m = rig.rig.cylinder.stroke_m / 2.0;
     if arguments.target.abs() > half_m {
         let text = format!("--target {} is beyond the end stops of {} (±{half_m} m)", arguments.target, rig.name);
         return Err(CliError::Usage(text));
     }
-    let mut parameters = match &arguments.config {
+    let chosen = match &arguments.config {
         Some(path) => controller::read_parameters(path, rig)?,
         None => controller::parameters(rig),
     };
-    if let Some(gain) = arguments.gain {
-        (parameters.law, parameters.gain_v_per_m) = (LawChoice::Paper, gain);
-    }
+    let gain_v_per_m = arguments.gain.unwrap_or(chosen.gain_v_per_m);
+    let papers = Parameters { law: LawChoice::Paper, gain_v_per_m, ..chosen.clone() };
+    let laws = if chosen.law == LawChoice::Paper { vec![papers] } else { vec![chosen, papers] };
+    let wrong = |problem: String| InputError::new(&rig.name, problem, "correct the value");
+    let bound_s = bound_s(&rig.rig, &rig.effects, arguments.target).map_err(|error| wrong(error.to_string()))?;
     let ticks = (arguments.duration * f64::from(rig.io.tick_hz)).round() as usize + 1;
-    let (recording, telemetry) = match (elf, &arguments.elf) {
-        (Some(elf), Some(path)) => {
-            let file = path.display().to_string();
-            let done = positioning::position((elf, &file), rig, &parameters, settings, ticks, arguments.target);
-            let done = done.map_err(|error| CliError::Usage(format!("{file}, {}: {error}", rig.name)))?;
-            let (instructions, cycles) = done.most;
-            say!("{}: at most {instructions} instructions, {cycles} estimated cycles to the valve code", rig.name);
-            (done.recording, Some(done.telemetry))
-        }
-        _ => {
-            let run = Recording::run(rig, &parameters, settings, ticks, |_| arguments.target);
-            (run.map_err(|error| InputError::new(&rig.name, error.to_string(), "correct the value"))?, None)
-        }
+    let run = |parameters: &Parameters| {
+        let (recording, telemetry) = match (elf, &arguments.elf) {
+            (Some(elf), Some(path)) => {
+                let file = path.display().to_string();
+                let done = positioning::position((elf, &file), rig, parameters, settings, ticks, arguments.target);
+                let done = done.map_err(|error| CliError::Usage(format!("{file}, {}: {error}", rig.name)))?;
+                let (instructions, cycles) = done.most;
+                say!(
+                    "{}, {}: at most {instructions} instructions, {cycles} estimated cycles to the valve code",
+                    rig.name,
+                    law(parameters.law)
+                );
+                (done.recording, Some(done.telemetry))
+            }
+            _ => {
+                let run = Recording::run(rig, parameters, settings, ticks, |_| arguments.target);
+                (run.map_err(|error| wrong(error.to_string()))?, None)
+            }
+        };
+        let metrics = recording.step_metrics(arguments.target);
+        Ok(Run { rig: rig.name.clone(), law: parameters.law, bound_s, recording, telemetry, metrics })
     };
-    let metrics = recording.step_metrics(arguments.target);
-    Ok(Run { name: rig.name.clone(), recording, telemetry, metrics })
+    laws.iter().map(run).collect()
+}
+
+impl Run {
+    /// Rig and law, as file names and sentences name a run.
+    fn name(&self) -> String {
+        match self.law {
+            LawChoice::Servo => self.rig.clone(),
+            LawChoice::Paper => format!("{}, {}", self.rig, law(self.law)),
+        }
+    }
+}
+
+fn law(law: LawChoice) -> &'static str {
+    match law {
+        LawChoice::Servo => "positioning law",
+        LawChoice::Paper => "paper's law",
+    }
 }
 
 /// What a reader of the table must know: a controller that did not run to the end, or whose monitor disagreed.
 fn warnings(runs: &[Run]) -> Vec<String> {
     let mut warnings = Vec::new();
-    for Run { name, recording, .. } in runs {
+    for run in runs {
+        let (name, recording) = (run.name(), &run.recording);
         if recording.mode != Mode::Run {
             warnings.push(format!("{name}: the controller ended in `{}`", recording.mode));
         }
@@ -195,20 +233,24 @@ fn table(runs: &[Run]) -> Table {
     let seconds = |time: Option<f64>| time.map_or("–".to_string(), |time| format!("{time:.3}"));
     let mut table = Table::new([
         "rig",
+        "law",
+        "fastest possible, s",
+        "settled to 0.1 mm, s",
         "rise 10–90 %, s",
         "overshoot, %",
         "settled to 2 %, s",
-        "settled to 0.1 mm, s",
         "steady error, mm",
         "hunting, ± mm",
     ]);
-    for Run { name, metrics, .. } in runs {
+    for Run { rig, law: choice, bound_s, metrics, .. } in runs {
         table.row([
-            name.clone(),
+            rig.clone(),
+            law(*choice).to_owned(),
+            seconds(Some(*bound_s).filter(|time| time.is_finite())),
+            seconds(metrics.settling_0_1_mm_s),
             seconds(metrics.rise_s),
             format!("{:.1}", 100.0 * metrics.overshoot),
             seconds(metrics.settling_2_percent_s),
-            seconds(metrics.settling_0_1_mm_s),
             format!("{:.3}", 1e3 * metrics.steady_error_m),
             format!("{:.3}", 1e3 * metrics.hunting_m),
         ]);
@@ -216,8 +258,14 @@ fn table(runs: &[Run]) -> Table {
     table
 }
 
-fn named(runs: &[Run]) -> Vec<(&str, &Recording)> {
-    runs.iter().map(|run| (run.name.as_str(), &run.recording)).collect()
+/// A plot for each rig, its runs up to `to_s`.
+fn comparisons(runs: &[Run], arguments: &Arguments, to_s: f64) -> Vec<Plot> {
+    runs.chunk_by(|a, b| a.rig == b.rig)
+        .map(|of_rig| {
+            let named: Vec<_> = of_rig.iter().map(|run| (law(run.law), &run.recording)).collect();
+            charts::comparison(&of_rig[0].rig, &named, arguments.target, of_rig[0].bound_s, to_s)
+        })
+        .collect()
 }
 
 fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
@@ -236,14 +284,17 @@ fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
         page.callout(Tone::Bad, format!("{warning}."));
     }
     page.table(table.caption(
-        "Settling: the time after which the error stays within the band; – means that it does not within the run. \
+        "Fastest possible: full flow of the valve there and back, with the rig's dead zone, lag and friction; the vertical line in \
+         the plots. Settling: the time after which the error stays within the band; – means that it does not within the run. \
          Steady error and hunting are taken from the last third.",
     ));
-    page.plot(charts::positions(&named(runs), arguments.target));
-    page.plot(charts::errors(&named(runs), arguments.target, arguments.duration * 2.0 / 3.0));
-    for run in runs {
-        page.section(run.name.clone());
-        page.plots(charts::details(&run.name, &run.recording));
+    page.plots(comparisons(runs, arguments, arguments.duration));
+    let names: Vec<String> = runs.iter().map(Run::name).collect();
+    let named: Vec<_> = names.iter().map(String::as_str).zip(runs.iter().map(|run| &run.recording)).collect();
+    page.plot(charts::errors(&named, arguments.target, arguments.duration * 2.0 / 3.0));
+    for (name, recording) in named {
+        page.section(name);
+        page.plots(charts::details(name, recording));
     }
     page.section("How to repeat it");
     page.block(report_html::Block::Code(command_line(arguments)));
@@ -275,12 +326,12 @@ fn command_line(arguments: &Arguments) -> String {
 }
 
 fn picture_of(runs: &[Run], arguments: &Arguments) -> std::io::Result<String> {
-    let named = named(runs);
-    let mut plots = vec![charts::positions(&named, arguments.target).height_px(340)];
-    if let Some((name, run)) = named.first() {
-        plots.push(charts::pressures(&format!("Chamber pressures, {name}"), run).height_px(340));
-    }
-    svg(&plots, 2, 560).map_err(std::io::Error::other)
+    svg(&comparisons(runs, arguments, arguments.duration.min(PICTURE_S)), 3.min(rigs(runs)), 440)
+        .map_err(std::io::Error::other)
+}
+
+fn rigs(runs: &[Run]) -> usize {
+    runs.chunk_by(|a, b| a.rig == b.rig).count()
 }
 
 /// The arguments of `plant-sim` without a command.

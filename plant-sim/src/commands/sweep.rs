@@ -2,6 +2,7 @@
 
 use super::{CliError, RigArgument};
 use indicatif::{ProgressBar, ProgressStyle};
+use plant_sim::bound::bound_s;
 use plant_sim::charts::{MM, scaled};
 use plant_sim::metrics::StepMetrics;
 use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, response, run_all, within_tolerance};
@@ -127,6 +128,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let table = summary(&done);
     say!("{}", super::text_table(&table));
+    if let Ok(fastest_s) = bound_s(&base.rig.rig, &base.rig.effects, base.target_m) {
+        say!("the valve of the rig as it stands could make the move in {fastest_s:.3} s (full flow, there and back)");
+    }
     let factor = done.len() as f64 * arguments.duration / elapsed_s;
     say!(
         "{} runs in {elapsed_s:.2} s on {} threads: {factor:.0} times real time",

@@ -1,15 +1,16 @@
 //! `plant-sim tune`: the positioning law's constants for a rig, with margins and a verdict.
 
 use super::{CliError, RigArgument, in_range, text_table};
+use plant_model::{Effect, Effects};
+use plant_sim::bound::bound_s;
 use plant_sim::servo::margins::{Demand, Margins, move_time_s, shortfalls};
 use plant_sim::servo::{Tuning, tuning::law_bandwidths};
 use report_html::Table;
-use rig_files::RigFile;
+use rig_files::{InputError, RigFile};
 
 /// Work out the positioning law's constants for a rig, its margins, and whether the rig can do what is asked.
 ///
-/// One rule for every rig (docs/control-law.md). The firmware does not run this law yet: the constants are those of its f64
-/// reference, which `cargo run --release -p plant-sim --example positioning` measures.
+/// One rule for every rig (docs/control-law.md). A controller made for the rig file has these constants.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  plant-sim tune --rig rigs/paper-a.toml --move-mm 45 --within-s 0.3")]
 pub(crate) struct Arguments {
@@ -62,7 +63,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         row("law", format!("{:.1} rad/s", tuning.law_w), if by_delay < by_jerk { "delay and lag" } else { "jerk" }),
         row("observer", format!("{:.1} rad/s", tuning.observer_w), "1.7 times the law"),
         row("force", format!("{:.0} 1/s", tuning.force_rate), "pressure noise"),
-        row("friction at start", format!("{:.1} N", tuning.coulomb_start * tuning.coulomb), "0.55 of nominal"),
+        row(
+            "friction at start",
+            format!("{:.1} N", tuning.coulomb_start * tuning.coulomb),
+            &format!("{} of nominal", tuning.coulomb_start),
+        ),
     ];
     say!("{}", text_table(&constants));
     let margins = Margins::of(&tuning);
@@ -73,7 +78,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         margins.delay_s * 1e3,
         margins.gain
     );
-    say!("a move of {:.1} mm: about {:.3} s", arguments.move_mm, move_time_s(&tuning, demand.move_m));
+    let fastest = bound_s(&file.rig, &with_lag(&file, lag_s), demand.move_m)
+        .map_err(|error| InputError::new(&file.name, error.to_string(), "correct the value"))?;
+    say!(
+        "a move of {:.1} mm: about {:.3} s; the valve's full flow, there and back, would take {fastest:.3} s",
+        arguments.move_mm,
+        move_time_s(&tuning, demand.move_m)
+    );
     let lacking = shortfalls(&file.rig, &tuning, &demand);
     if lacking.is_empty() {
         say!("verdict: the rig can do what is asked");
@@ -82,4 +93,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("verdict: {sentence}");
     }
     Ok(())
+}
+
+/// The rig's effects with a spool of this lag.
+fn with_lag(file: &RigFile, lag_s: f64) -> Effects<f64> {
+    let mut effects = file.effects;
+    effects.set(Effect::ValveLag, &[lag_s]);
+    effects
 }

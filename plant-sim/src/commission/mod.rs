@@ -8,6 +8,7 @@
 //! | `observe.rs` | what a board measures over a while |
 //! | `calibrate.rs` | two-point calibration of a channel |
 //! | `dead_zone.rs` | the search for the valve's dead zone |
+//! | `tune.rs` | a board finds out about its rig |
 
 pub mod calibrate;
 pub mod dead_zone;
@@ -15,6 +16,7 @@ pub mod from_rig;
 pub mod observe;
 pub mod parameter_file;
 pub mod transfer;
+pub mod tune;
 
 use board_link::Parameter;
 

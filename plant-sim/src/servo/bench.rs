@@ -93,6 +93,7 @@ impl Bench {
         let file = RigFile { rig, io, effects: lag, ..RigFile::paper_a() };
         let parameters = Parameters {
             law: LawChoice::Servo,
+            pressure_loss_trips: false,
             servo_speed_m_per_s: tuning.limits.speed as f32,
             servo_acceleration_m_per_s2: tuning.limits.acceleration as f32,
             servo_jerk_m_per_s3: tuning.limits.jerk as f32,
@@ -122,8 +123,14 @@ impl Bench {
     /// One tick; returns the true position at its begin and the code that is computed in it.
     pub fn tick(&mut self, target: f64) -> (f64, u32) {
         let truth = quantities(&self.simulator.measure());
-        let codes: [u16; 4] =
+        let mut codes: [u16; 4] =
             std::array::from_fn(|n| self.sensors[n].code(truth[n], StandardNormal.sample(&mut self.rng)));
+        // A lost sensor reads the lowest code.
+        match self.lost {
+            Lost::None => {}
+            Lost::A => codes[1] = 0,
+            Lost::Both => (codes[1], codes[2]) = (0, 0),
+        }
         let pressure = self.io.pressure();
         let readings = Readings {
             y: self.io.position().quantity(codes[0].into()),

@@ -6,7 +6,7 @@
 
 use super::air::Air;
 use super::inversion::ValveModel;
-use super::observer::{Estimate, Innovation};
+use super::observer::{Body, Estimate, Innovation};
 use super::tuning::Tuning;
 
 /// Angle above which the flow tells the gain, rad.
@@ -32,17 +32,6 @@ const LAG: [f64; 2] = [0.25, 3.5];
 const LAG_RATE: f64 = 5.0;
 /// Change of angle above which the force tells the lag, rad/s.
 const TURNING: f64 = 100.0;
-
-/// The piston and its load as learned.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Body {
-    /// Coulomb friction, N.
-    pub coulomb: f64,
-    /// Viscous friction, N s/m.
-    pub viscous: f64,
-    /// Mass, kg.
-    pub mass: f64,
-}
 
 /// The spool's lag as learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

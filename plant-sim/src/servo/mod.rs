@@ -24,8 +24,8 @@ pub mod tuning;
 use air::Air;
 use hold::Hold;
 use inversion::ValveModel;
-use learning::{Body, Lag};
-use observer::Estimate;
+use learning::Lag;
+use observer::{Body, Estimate};
 use plant_model::Rig;
 use reference::{Limits, Motion};
 use stick::Stick;
@@ -124,7 +124,7 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, &self.lag, &self.body, &tuning);
+        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.lag.seconds, &self.body, &tuning);
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
@@ -214,7 +214,8 @@ impl Servo {
         let atmosphere = self.rig.supply.atmosphere_pa;
         let [fill, exhaust] = self.rig.linear_coefficients_kg_per_s_pa();
         let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k * area;
-        let small = 0.03 * p_sup;
+        // Never nought, whatever a sensor says.
+        let small = 0.03 * p_sup.max(atmosphere);
         let slope = |fill_p: f64, fill_v: f64, exh_p: f64, exh_v: f64| {
             heat * (fill * (p_sup - fill_p).max(small) / fill_v + exhaust * (exh_p - atmosphere).max(small) / exh_v)
         };

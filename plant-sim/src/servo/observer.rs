@@ -5,8 +5,18 @@
 
 use super::air::Air;
 use super::inversion::ValveModel;
-use super::learning::{Body, Lag};
 use super::tuning::Tuning;
+
+/// The piston and its load as learned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Coulomb friction, N.
+    pub coulomb: f64,
+    /// Viscous friction, N s/m.
+    pub viscous: f64,
+    /// Mass, kg.
+    pub mass: f64,
+}
 
 /// What is known of the rig at the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,11 +67,11 @@ impl Estimate {
     }
 
     /// Predicts the next tick with the command `u` in V acting meanwhile; returns the valve's angle.
-    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, lag: &Lag, body: &Body, tuning: &Tuning) -> f64 {
+    pub fn predict(&mut self, u: f64, air: &Air, valve: &ValveModel, lag_s: f64, body: &Body, tuning: &Tuning) -> f64 {
         let &Body { coulomb, viscous, mass } = body;
         let t = tuning.tick_s;
-        let spool_keeps = if lag.seconds > 0.0 { (-t / lag.seconds).exp() } else { 0.0 };
-        let spool_mean = lag.seconds / t * (1.0 - spool_keeps);
+        let spool_keeps = if lag_s > 0.0 { (-t / lag_s).exp() } else { 0.0 };
+        let spool_mean = lag_s / t * (1.0 - spool_keeps);
         let mean = u + (self.spool - u) * spool_mean;
         self.spool = u + (self.spool - u) * spool_keeps;
         let theta = valve.angle(mean);

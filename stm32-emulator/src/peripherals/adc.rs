@@ -83,6 +83,8 @@ pub struct Adc {
     pub sequences: u64,
     /// ADRDY never comes (a fault).
     pub ready_stuck: bool,
+    /// The flags of the injected sequence are stuck, set or clear (a fault).
+    pub flags_stuck: Option<bool>,
 }
 
 impl Adc {
@@ -105,6 +107,7 @@ impl Adc {
             clock: None,
             sequences: 0,
             ready_stuck: false,
+            flags_stuck: None,
         }
     }
 
@@ -178,13 +181,22 @@ impl Adc {
         }
     }
 
+    fn flags(&self) -> u32 {
+        const STUCK: u32 = INJECTED_DONE | SEQUENCE_DONE;
+        match self.flags_stuck {
+            None => self.isr,
+            Some(true) => self.isr | STUCK,
+            Some(false) => self.isr & !STUCK,
+        }
+    }
+
     pub(crate) fn interrupt(&self) -> bool {
-        self.isr & self.ier != 0
+        self.flags() & self.ier != 0
     }
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Trap> {
         Ok(match offset {
-            0x00 => self.isr,
+            0x00 => self.flags(),
             0x04 => self.ier,
             0x08 => self.cr,
             0x0C => self.cfgr,

@@ -70,6 +70,8 @@ pub struct Flash {
     pub optr: u32,
     /// Every order to program or erase is refused with a programming error (a fault).
     pub refusing: bool,
+    /// The busy flag cannot be cleared (a fault).
+    pub busy_stuck: bool,
     keys: u32,
     first_word: Option<(usize, u32)>,
     operation: Option<(Operation, Time)>,
@@ -91,6 +93,7 @@ impl Flash {
             // As shipped: two banks.
             optr: 0xFFEF_F8AA,
             refusing: false,
+            busy_stuck: false,
             keys: 0,
             first_word: None,
             operation: None,
@@ -127,6 +130,11 @@ impl Flash {
             None => {}
         }
         self.reset();
+    }
+
+    /// Takes all wrong check bits away.
+    pub fn repair(&mut self) {
+        self.damaged.clear();
     }
 
     /// Damages the check bits of the double word that contains `offset`.
@@ -258,7 +266,7 @@ impl Flash {
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Trap> {
         Ok(match offset {
             0x00 => self.acr,
-            0x10 => self.sr,
+            0x10 => self.sr | if self.busy_stuck { BUSY } else { 0 },
             0x14 => self.cr,
             0x18 => self.eccr,
             0x20 => self.optr,

@@ -37,6 +37,8 @@ pub struct Lpuart {
     shifting: Option<(u8, Time)>,
     outgoing: Vec<u8>,
     units: u64,
+    /// The interrupt line is stuck (a fault).
+    pub interrupt_stuck: bool,
 }
 
 impl Default for Lpuart {
@@ -56,6 +58,7 @@ impl Default for Lpuart {
             shifting: None,
             outgoing: Vec::new(),
             units: 1,
+            interrupt_stuck: false,
         }
     }
 }
@@ -150,7 +153,7 @@ impl Lpuart {
         // Interrupt enables of IDLE, RXNE, TC and TXE stand where their flags do.
         let enabled = self.cr1 & (IDLE | RECEIVED | COMPLETE | EMPTY);
         let overrun = self.isr & OVERRUN != 0 && (self.cr1 & RECEIVED != 0 || self.cr3 & 1 != 0);
-        self.isr & enabled != 0 || overrun
+        self.isr & enabled != 0 || overrun || self.interrupt_stuck
     }
 
     pub(crate) fn read(&mut self, offset: u32) -> Result<u32, Trap> {

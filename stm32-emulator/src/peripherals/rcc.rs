@@ -51,6 +51,8 @@ pub struct Rcc {
     units_per_cycle: u64,
     /// The phase-locked loop never locks.
     pub pll_stuck: bool,
+    /// The system clock has stopped: nothing moves but the watchdog, which has an oscillator of its own (a fault).
+    pub clock_stopped: bool,
 }
 
 impl Rcc {
@@ -62,7 +64,7 @@ impl Rcc {
         registers[3] = 0x1000;
         registers[(AHB1ENR / 4) as usize] = 0x100;
         registers[(0x94 / 4) as usize] = flags;
-        Self { registers, units_per_cycle: UNITS_PER_SECOND / HSI_HZ, pll_stuck: false }
+        Self { registers, units_per_cycle: UNITS_PER_SECOND / HSI_HZ, pll_stuck: false, clock_stopped: false }
     }
 
     /// The flags after a reset: those not yet cleared stay.

@@ -35,6 +35,8 @@ pub struct Timer {
     handled_to: Time,
     /// The timer has stopped sending triggers (a fault).
     pub trigger_stuck: bool,
+    /// The update flag cannot be cleared (a fault).
+    pub update_flag_stuck: bool,
 }
 
 /// What a timer event means to others.
@@ -66,6 +68,7 @@ impl Timer {
             units: 1,
             handled_to: 0,
             trigger_stuck: false,
+            update_flag_stuck: false,
         }
     }
 
@@ -166,7 +169,7 @@ impl Timer {
             0x04 => self.cr2,
             0x08 if self.channels > 0 => 0,
             0x0C => self.dier,
-            0x10 => self.sr,
+            0x10 => self.sr | u32::from(self.update_flag_stuck),
             0x14 => 0,
             0x18 | 0x1C if self.channels > 0 => self.ccmr[(offset as usize - 0x18) / 4],
             0x20 if self.channels > 0 => self.ccer,

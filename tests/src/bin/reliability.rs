@@ -1,6 +1,7 @@
 //! The reliability study as a command: prints its tables and writes them as Markdown.
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
+use control::LawChoice;
 use rayon::prelude::*;
 use scenarios::reliability::{GOAL_S, RIGS, TABLE_HEAD, THREAT_M, normal_running, rows, study, table_line};
 use std::fmt::Write;
@@ -23,12 +24,24 @@ struct Arguments {
     /// Hours of normal running per rig.
     #[arg(long, default_value_t = 1.0)]
     hours: f64,
+    /// The law that drives the valve.
+    #[arg(long, value_enum, default_value_t)]
+    law: Law,
     /// Name every run that was not caught in time.
     #[arg(long)]
     late: bool,
     /// Only the faults whose name contains this.
     #[arg(long, default_value = "")]
     only: String,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, ValueEnum)]
+enum Law {
+    /// The positioning law.
+    #[default]
+    Servo,
+    /// The paper's, proportional to the error.
+    Paper,
 }
 
 /// The runs without fault: by how much the rig file is wrong about the plant, and whether the sensors are noiseless.
@@ -47,17 +60,21 @@ fn main() -> ExitCode {
 }
 
 fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
+    let law = if arguments.law == Law::Paper { LawChoice::Paper } else { LawChoice::Servo };
     let mut text = INTRODUCTION.replace("GOAL_MS", &format!("{:.0}", 1e3 * GOAL_S));
     text = text.replace("THREAT_MM", &format!("{:.0}", 1e3 * THREAT_M));
     let _ = writeln!(
         text,
-        "## Faults\n\n`cargo run --release -p scenarios --bin reliability -- --seed {} --runs {} --hours {}`\n\n{TABLE_HEAD}",
-        arguments.seed, arguments.runs, arguments.hours
+        "## Faults\n\n`cargo run --release -p scenarios --bin reliability -- --seed {} --runs {} --hours {}{}`\n\n{TABLE_HEAD}",
+        arguments.seed,
+        arguments.runs,
+        arguments.hours,
+        if law == LawChoice::Paper { " --law paper" } else { "" },
     );
     println!("{TABLE_HEAD}");
     let (mut runs, mut threatening, mut in_time, mut harmless, mut missed) = (0, 0, 0, 0, 0);
     for row in rows().into_iter().filter(|row| row.label.contains(&arguments.only)) {
-        let result = study(&row, arguments.seed, arguments.runs)?;
+        let result = study(&row, law, arguments.seed, arguments.runs)?;
         let line = table_line(&row, &result);
         println!("{line}");
         let _ = writeln!(text, "{line}");
@@ -87,8 +104,8 @@ fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let cases: Vec<_> = RIGS.into_iter().flat_map(|rig| CONDITIONS.map(|condition| (rig, condition))).collect();
     let outcomes: Vec<_> = cases
         .par_iter()
-        .map(|((rig, gain), (error, quiet))| {
-            normal_running(rig, *gain, *error, *quiet, 3600.0 * arguments.hours, arguments.seed)
+        .map(|((rig, _), (error, quiet))| {
+            normal_running(rig, law, *error, *quiet, 3600.0 * arguments.hours, arguments.seed)
         })
         .collect();
     for (((rig, _), (error, quiet)), outcome) in cases.iter().zip(outcomes) {

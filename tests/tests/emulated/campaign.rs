@@ -114,22 +114,25 @@ fn flipped_bits_in_what_the_interrupt_owns_never_drive_the_valve_to_an_end() {
             println!("{outcome:?}: byte {:#x}, bit {}, after {wait_s:.6} s", bit / 8, bit % 8);
         }
     }
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        write_page(bytes, &table);
-    }
+    let above = format!("{FLIPS} flips in {bytes} bytes, each watched for {WATCHED_S} s:");
+    write_between("flips", &format!("{above}\n\n{table}"));
     assert_eq!(count(Outcome::FullScale), 0);
     let long = count(Outcome::WrongForLong);
     assert!(1000 * long <= 2 * FLIPS, "{long} of {FLIPS} runs went on with wrong codes");
 }
 
-/// The table in `docs/fault-campaign.md`, between its two marks.
-fn write_page(bytes: u32, table: &str) {
+/// Where UPDATE_DOCS is set: a table into `docs/fault-campaign.md`, between its two marks.
+pub(super) fn write_between(mark: &str, table: &str) {
+    // The tests of this file run side by side.
+    static PAGE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    if std::env::var_os("UPDATE_DOCS").is_none() {
+        return;
+    }
+    let _alone = PAGE.lock();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/fault-campaign.md");
     let page = std::fs::read_to_string(&path).expect("the page");
-    let (head, rest) = page.split_once("<!-- Measured: -->\n").expect("where the table begins");
-    let (_, tail) = rest.split_once("<!-- End of what was measured. -->").expect("where the table ends");
-    let text = format!(
-        "{head}<!-- Measured: -->\n{FLIPS} flips in {bytes} bytes, each watched for {WATCHED_S} s:\n\n{table}\n<!-- End of what was measured. -->{tail}"
-    );
-    std::fs::write(&path, text).expect("the page can be written");
+    let (begin, end) = (format!("<!-- Measured: {mark} -->\n"), format!("<!-- End of {mark}. -->"));
+    let (head, rest) = page.split_once(&begin).expect("where the table begins");
+    let (_, tail) = rest.split_once(&end).expect("where the table ends");
+    std::fs::write(&path, format!("{head}{begin}{table}\n{end}{tail}")).expect("the page can be written");
 }

@@ -51,7 +51,7 @@ impl Bench {
     }
 
     /// Whether a valve behind PB0 lets air in.
-    fn air(&mut self) -> bool {
+    pub(super) fn air(&mut self) -> bool {
         self.machine().chip.gpio[1].driven(0) == Some(true)
     }
 

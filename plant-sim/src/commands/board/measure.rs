@@ -8,7 +8,7 @@ use plant_sim::commission::calibrate::{Calibration, CalibrationError, Channel, m
 use plant_sim::commission::dead_zone::{Search, SearchError, search};
 use plant_sim::commission::{Change, transfer};
 use std::io::{BufRead, Read, Write};
-use std::sync::Arc;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A channel as typed.
@@ -117,6 +117,41 @@ pub(super) fn ask_person(what: &str) -> Result<(), CliError> {
     }
 }
 
+/// Whether Ctrl-C is caught, and whether it was pressed since. A session may need it more than once, a handler is set once.
+static CAUGHT: AtomicBool = AtomicBool::new(false);
+static PRESSED: AtomicBool = AtomicBool::new(false);
+
+/// While it exists Ctrl-C is noted instead of ending the program: it would leave the board running.
+pub(super) struct Interrupted;
+
+impl Interrupted {
+    pub(super) fn watch() -> Result<Self, CliError> {
+        static HANDLER: OnceLock<Result<(), String>> = OnceLock::new();
+        let handler = || {
+            if CAUGHT.load(Ordering::SeqCst) {
+                PRESSED.store(true, Ordering::SeqCst);
+            } else {
+                std::process::exit(130);
+            }
+        };
+        let set = HANDLER.get_or_init(|| ctrlc::set_handler(handler).map_err(|error| error.to_string()));
+        set.clone().map_err(|error| CliError::Failed(format!("Ctrl-C cannot be caught: {error}")))?;
+        PRESSED.store(false, Ordering::SeqCst);
+        CAUGHT.store(true, Ordering::SeqCst);
+        Ok(Self)
+    }
+
+    pub(super) fn interrupted(&self) -> bool {
+        PRESSED.load(Ordering::SeqCst)
+    }
+}
+
+impl Drop for Interrupted {
+    fn drop(&mut self) {
+        CAUGHT.store(false, Ordering::SeqCst);
+    }
+}
+
 /// Searches the dead zone; puts it in force if that is asked for.
 pub(super) fn dead_zone<P: Read + Write>(
     client: &mut Client<P>,
@@ -124,12 +159,8 @@ pub(super) fn dead_zone<P: Read + Write>(
     apply: bool,
     save: bool,
 ) -> Result<(), CliError> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let hand = Arc::clone(&stop);
-    // Without a handler, Ctrl-C would leave the board running.
-    ctrlc::set_handler(move || hand.store(true, Ordering::Relaxed))
-        .map_err(|error| CliError::Failed(format!("Ctrl-C cannot be caught: {error}")))?;
-    let abort = || stop.load(Ordering::Relaxed);
+    let hand = Interrupted::watch()?;
+    let abort = || hand.interrupted();
     say!("searching; Ctrl-C breaks off, the emergency stop always does");
     let found = search(client, how, &abort, &mut |line| say!("{line}"))?;
     for (name, edge) in [("right", found.right), ("left", found.left)] {
