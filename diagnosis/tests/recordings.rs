@@ -157,16 +157,19 @@ fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
 #[test]
 fn a_frozen_pressure_and_a_resting_piston_are_told_by_the_check() {
     let (_, rig, log) = null(0);
-    let stuck = log.p_a_pa.as_deref().map_or(0.0, |p| p[5000]);
     let mut frozen = log.clone();
-    frozen.p_a_pa.iter_mut().flatten().skip(5000).take(5000).for_each(|p| *p = stuck);
+    if let Some(p) = &mut frozen.p_a_pa {
+        let stuck = p[5000];
+        p[5000..10_000].fill(stuck);
+    }
     let found = check(&rig, &frozen).expect("a full log");
     assert!(
         found.findings.iter().any(|flaw| flaw.problem.starts_with("p_a_pa does not change")),
         "{:?}",
         found.findings
     );
-    let resting = changed(&log, Column::Y, &|y| 1.0e-6 * y);
+    let mut resting = log.clone();
+    resting.y_m.iter_mut().enumerate().for_each(|(k, y)| *y = 1.0e-5 * ((k * 7919) % 13) as f64);
     let found = check(&rig, &resting).expect("a full log");
     let moves = |flaw: &diagnosis::Flaw| flaw.problem.contains("hardly moves") || flaw.weight == Weight::Contradiction;
     assert!(found.findings.iter().any(moves), "{:?}", found.findings);

@@ -38,14 +38,16 @@ const ATMOSPHERE: &str = "supply.atmosphere_pa";
 const CORRECTED_ON_REQUEST: [(&str, Channels); 2] =
     [("gas.heat_capacity_ratio", A | B), ("cylinder.area_m2", A | B | Y)];
 
-/// What weather and gauges leave open, whatever the rig file's default says.
-fn known_no_better(path: &str, supply_measured: bool) -> f64 {
+/// The tolerance of a value without an entry of its own. Weather is what it is; a gauge is no better than its class. A default
+/// of zero says that all values are exact, but for the setting of a regulator behind which the supply was measured.
+fn by_default(default: f64, path: &str, supply_measured: bool) -> f64 {
     match path {
+        SUPPLY if supply_measured => default.max(constants::regulator()),
+        _ if default == 0.0 => 0.0,
         TEMPERATURE => constants::weather_temperature(),
         ATMOSPHERE => constants::weather_atmosphere(),
-        SUPPLY if supply_measured => constants::regulator(),
-        SUPPLY => constants::gauge(),
-        _ => 0.0,
+        SUPPLY => default.max(constants::gauge()),
+        _ => default,
     }
 }
 
@@ -57,8 +59,7 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
         let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
             (Some((_, channels)), _, own) => {
-                let floor = known_no_better(key.path, supply_measured);
-                (*channels, own.unwrap_or(rig.tolerance.default.max(floor)))
+                (*channels, own.unwrap_or_else(|| by_default(rig.tolerance.default, key.path, supply_measured)))
             }
             (None, Some((_, channels)), Some(own)) => (*channels, own),
             _ => continue,
@@ -70,6 +71,8 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
         let channels = if rod { channels | Y } else { channels };
         let nominal = key.get(&rig.rig);
         let tolerance = relative * nominal.abs();
+        let flow = [TEMPERATURE, ATMOSPHERE].contains(&key.path) || key.path == SUPPLY && !supply_measured;
+        let farthest = if flow { constants::weather_farthest() } else { constants::farthest_nominal() } * tolerance;
         if tolerance > 0.0 && channels & judgeable != 0 {
             out.push(Parameter {
                 slot: Slot::Nominal(key),
@@ -77,8 +80,8 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
                 scale: tolerance.max(1.0e-4 * nominal.abs()),
                 negligible: 0.0,
                 tolerance: Some(tolerance),
-                min: (nominal - constants::farthest_nominal() * tolerance).max(0.3 * nominal),
-                max: (nominal + constants::farthest_nominal() * tolerance).min(3.0 * nominal),
+                min: (nominal - farthest).max(0.3 * nominal),
+                max: (nominal + farthest).min(3.0 * nominal),
                 channels: channels & judgeable,
             });
         }

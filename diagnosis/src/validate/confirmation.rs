@@ -16,7 +16,7 @@ pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
     match (data_cost(&held, &found.null), data_cost(&held, &found.best)) {
         (Some(null), Some(best)) => {
             let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
-            best < null
+            best < null + allowance(&found.null, &found.best)
                 && predicts_no_worse(
                     problem,
                     found,
@@ -35,9 +35,17 @@ pub(crate) fn confirmed_singly(problem: &Problem<'_>, found: &Found) -> Vec<bool
     }
     let Some(best) = data_cost(&held, &found.best) else { return vec![false; found.without.len()] };
     let better = |without: &Option<Fit>| {
-        without.as_ref().is_none_or(|without| data_cost(&held, without).is_some_and(|cost| best < cost))
+        without.as_ref().is_none_or(|without| {
+            data_cost(&held, without).is_some_and(|cost| best < cost + allowance(without, &found.best))
+        })
     };
     found.without.iter().map(better).collect()
+}
+
+/// By how much the part held back may be told worse with a cause than without it. A cause for which several nominal values
+/// would otherwise have to be far off, all at once, need not show in data beside them: it must not be refuted by them.
+fn allowance(without: &Fit, with: &Fit) -> f64 {
+    if without.prior_cost - with.prior_cost > constants::penalty_per_cause() { constants::likelier() } else { 0.0 }
 }
 
 /// Minus the log-likelihood of a fit on some data, without priors.
