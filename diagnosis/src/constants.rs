@@ -107,6 +107,38 @@ fn factor_of(name: &str) -> f64 {
 }
 
 constants! {
+    "check" {
+        unit_factor: f64 = 5.0, "",
+            "Readings so many times beyond what the rig allows have another unit.",
+            "between a sensor's reserve (2) and the smallest factor between units (10)";
+        beyond_stroke: f64 = 0.25, "of half the stroke",
+            "A position that reads farther beyond the stroke is not about mid-stroke.",
+            "three times the largest everyday error of a position's scale";
+        slowest_rows: f64 = 0.15, "s",
+            "With rows farther apart no balance can be formed.",
+            "half the shortest stretch";
+        excerpt_s: f64 = 10.0, "s",
+            "Mistakes of mapping are looked for in so much of the log.",
+            "a stroke both ways; the check has to take about a second";
+        suspect: f64 = 20.0, "times noise",
+            "With less misfit of all balances together no mistake is looked for.",
+            "a mapping mistake misses by more in every balance it touches";
+        undone: f64 = 0.1, "",
+            "A mistake that, undone, leaves less than this part of the misfit is one.",
+            "an order of magnitude: everyday faults change by a few percent when a column is turned round";
+        frozen_s: f64 = 1.0, "s",
+            "A column that keeps one value for longer, while others change, is frozen.",
+            "a coarse converter rests on one code for less while a piston works";
+        clipped_part: f64 = 0.03, "of the rows",
+            "A column that reads its extreme value in a larger part of the rows is clipped.",
+            "noise reaches its extreme once";
+        uneven_rows: f64 = 0.35, "of the interval",
+            "Times that vary by more are worth a word.",
+            "above the jitter of a busy logger";
+        least_command: f64 = 0.2, "of full voltage",
+            "A command of less span shows little of the valve.",
+            "chosen: less than the dead zones of a cheap valve";
+    }
     "data" {
         interruption: f64 = 2.5, "usual intervals",
             "A longer step of time interrupts the log.",
@@ -123,15 +155,27 @@ constants! {
         least_in_a_stretch: usize = 8, "samples",
             "Nor are stretches of fewer samples.",
             "two averaged innovations";
-        volume_reach: usize = 7, "samples",
+        volume_reach: f64 = 0.007, "s",
             "Half the window of the local parabola that smooths the position for chamber volumes.",
-            "15 ms at 1 kHz: leaves two fifths of the noise";
-        velocity_reach: usize = 15, "samples",
+            "15 samples at 1 kHz: leaves two fifths of the noise";
+        velocity_reach: f64 = 0.015, "s",
             "The same for the velocity.",
-            "31 ms at 1 kHz: 1.0 mm/s of error from 50 um of noise";
-        pressure_reach: usize = 9, "samples",
+            "31 samples at 1 kHz: 1.0 mm/s of error from 50 um of noise";
+        pressure_reach: f64 = 0.009, "s",
             "The same for chamber pressures, in each of two passes.",
-            "41 to 61 ms were best in grey-box trials, 21 ms hides a pressure lag";
+            "two passes of 41 to 61 ms together were best in grey-box trials, 21 ms hides a pressure lag";
+        least_reach: usize = 1, "samples",
+            "Half a window holds no fewer samples: a parabola through three of them passes all noise and all motion.",
+            "fewer have no slope";
+        least_velocity_reach: usize = 2, "samples",
+            "The same for the velocity.",
+            "five samples: the least that averages the noise of a slope";
+        close_rows: f64 = 0.00125, "s",
+            "Between rows no farther apart a command counts as held.",
+            "a loop at 1 kHz with an irregular clock; a command that moves within it comes half of it later or earlier";
+        longest_step: f64 = 0.002, "s",
+            "Where rows are farther apart the balances run in steps between them, no longer than this.",
+            "a tenth of the fastest time constant of a chamber, 20 ms";
         largest_play_v: f64 = 0.2, "V",
             "The command has gone through any likely hysteresis once it has changed by twice this.",
             "five times the 0.4 % of stroke of a catalogue's proportional valve";
@@ -141,9 +185,9 @@ constants! {
         longest_unknown_past: f64 = 0.1, "of the log",
             "All counts as known after this part of the log.",
             "leaves nine tenths to be judged";
-        samples_alike: f64 = 4.0, "samples",
-            "Errors of the smoothed position are alike over about this many samples.",
-            "the samples averaged into one innovation";
+        window_alike: f64 = 3.75, "",
+            "Errors of a smoothed signal are alike over its window divided by this.",
+            "four of 15 samples: those averaged into one innovation at 1 kHz";
         end_stop_settling_s: f64 = 0.1, "s",
             "After an end stop the force balance is not judged for this long.",
             "the observers' settling time";
@@ -162,13 +206,16 @@ constants! {
         least_noise: f64 = 1.0e-5, "of the range",
             "A signal with less noise repeats itself wherever it rests, so that repeats show no limit.",
             "a third of one code of 16 bits";
-        railed_position_run: usize = 20, "samples",
-            "A position that repeats its extreme so often is at its sensor's limit.",
-            "chosen: longer than a rest on one code";
+        railed_position_run: f64 = 0.02, "s",
+            "A position that repeats its extreme for so long is at its sensor's limit.",
+            "20 samples at 1 kHz, longer than a rest on one code";
+        least_railed: usize = 3, "samples",
+            "And in no fewer samples.",
+            "noise that reaches its extreme three times in a row has an end there";
         railed_position_noise: f64 = 0.6, "steps",
             "If its noise is at least this, in smallest steps.",
             "with less noise a rest repeats itself";
-        railed_pressure_run: usize = 8, "samples",
+        railed_pressure_run: f64 = 0.008, "s",
             "The same for a pressure, which peaks for a moment only.",
             "see the position's";
         railed_pressure_noise: f64 = 1.5, "steps",
@@ -185,6 +232,24 @@ constants! {
         strained: f64 = 2.5, "tolerances",
             "A nominal value farther off is strained.",
             "once in eighty values by chance";
+        weather_temperature: f64 = 0.012, "of the value",
+            "Temperature is known no better, unless the rig file calls all values exact.",
+            "3.5 K of 293 K: a workshop from morning to noon";
+        weather_atmosphere: f64 = 0.01, "of the value",
+            "The same for atmospheric pressure.",
+            "10 hPa: the standard deviation of weather at one place";
+        gauge: f64 = 0.01, "of the value",
+            "The same for a supply pressure that was not measured.",
+            "a gauge of class 1.6 over 10 bar: 0.16 bar at most, about two standard deviations";
+        weather_farthest: f64 = 2.0, "tolerances",
+            "Temperature, atmosphere and supply are corrected by no more.",
+            "they move one product, the flow: each by four would take up a coefficient that is 20 % off";
+        regulator: f64 = 0.03, "of the value",
+            "Where the supply is measured, the regulator may be off its setting by this.",
+            "0.2 bar of 7 bar: a scale on the regulator";
+        supply_sensor: f64 = 0.005, "of the value",
+            "Standard deviation of the supply sensor's offset.",
+            "0.3 % of 10 bar: a usual transmitter";
         farthest_nominal: f64 = 4.0, "tolerances",
             "A nominal value is corrected by no more.",
             "once in 16,000 values by chance: beyond that it is a cause";
@@ -211,6 +276,12 @@ constants! {
         piston_settling_s: f64 = 0.1, "s",
             "The first part of every stretch is not judged.",
             "several periods of the position observer";
+        observer_step: f64 = 0.5, "",
+            "The position observer's bandwidth times the time between rows is no larger.",
+            "at 0.5 its error decays by 0.87 from row to row; from 0.8 on it would grow";
+        unseen_acceleration: f64 = 0.5, "m/s2",
+            "Between rows the piston may accelerate by this without a trace in their pressures.",
+            "a breakaway from 10 N of friction with 20 kg: 0.1 mm at 50 Hz, nothing at 1 kHz";
         rest_sigmas: f64 = 4.0, "standard errors",
             "A piston slower than so many standard errors of its velocity is at rest.",
             "once in 16,000 samples by chance";
@@ -246,12 +317,12 @@ constants! {
         robust_knee: f64 = 3.0, "standard deviations",
             "Innovations beyond this count less and less (pseudo-Huber loss).",
             "99 % efficient on normal errors; mispredicted stick-slip must not rule (Huber 1981)";
-        averaged: usize = 4, "samples",
-            "So many innovations are averaged into one.",
-            "they are white, so little is lost; a quarter of the cost of the normal matrix";
-        dispersion_span: usize = 50, "samples",
-            "The long-run variance is that of means over so many samples.",
-            "50 ms at 1 kHz";
+        averaged: f64 = 0.004, "s",
+            "Innovations within this time are averaged into one.",
+            "four samples at 1 kHz: they are white, so little is lost; a quarter of the cost of the normal matrix";
+        dispersion_span: f64 = 0.05, "s",
+            "The long-run variance is that of means over this time.",
+            "50 samples at 1 kHz";
         least_spans: usize = 3, "",
             "With fewer means it is taken to be that of noise.",
             "a median needs three";
@@ -306,6 +377,15 @@ constants! {
         coordinate_gain: f64 = 1.0, "log-likelihood",
             "Least gain of a step.",
             "a sixth of a tie";
+        least_errors: usize = 100, "",
+            "Fewer errors of prediction do not tell a sensor's noise.",
+            "the median of 100 is known to a ninth";
+        plainly_quieter: f64 = 0.93, "",
+            "Noise is taken from predictions if that makes it less than this part.",
+            "the scatter of a median of 1000 errors is 4 %";
+        least_quieter: f64 = 0.4, "",
+            "And no less than this part at once.",
+            "differences of rows at 50 Hz told up to 2.4 times the noise";
         profile_rise: f64 = 2.0, "log-likelihood",
             "Rise of the profile likelihood at the end of an interval of two standard errors.",
             "2 = 2^2 / 2, the likelihood ratio at two standard errors";
@@ -350,6 +430,9 @@ constants! {
         white_dispersion: f64 = 1.25, "times noise",
             "A channel of less long-run variance and less cost than noise has nothing to explain.",
             "chosen: above the scatter of the long-run variance of noise";
+        hardly: f64 = 0.2, "of the negligible",
+            "A cause between this part of a negligible deviation and the whole must gain beyond doubt; below, it is none.",
+            "a lag of 0.2 ms at 1 kHz: what the balances err by in time";
         sure: f64 = 4.0, "standard errors",
             "A cause's parameter must be this far from neutral.",
             "four standard errors, as for a nominal value";
@@ -460,6 +543,9 @@ constants! {
         trifle: f64 = 0.01, "of the gap",
             "Beside that many, a smaller share is a lead and casts no doubt.",
             "a hundredth";
+        least_share: f64 = 1.0e-4, "of the gap",
+            "A cause with a smaller share is not named, and casts no doubt.",
+            "of right names on record the smallest share was 1.9e-4; a wrong one beside the true cause had 5e-5";
         least_share_beside_a_gap: f64 = 0.1, "of the gap",
             "Least share of a cause named while a balance stays open.",
             "a smaller one is as likely the gap's shadow";

@@ -3,11 +3,14 @@
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library;
+use crate::check::mapping::contradictions;
+use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::data::prepare::prepare;
-use crate::data::split;
+use crate::data::record::Record;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 use crate::estimate::problem::{Fit, Problem};
+use crate::estimate::{between_rows, noise_level};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, identifiability};
 use crate::model::hypothesis::Hypothesis;
@@ -18,6 +21,7 @@ use crate::select::search::{self, Found};
 use crate::validate::{closure, foreign_terms, hold_out, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
+use std::sync::OnceLock;
 
 /// Diagnoses the gap between a rig file and a log. `progress` is called with the name of each stage.
 ///
@@ -25,17 +29,22 @@ use rig_files::{Log, RigFile, Verdict};
 /// If the log allows no judgement at all. Everything less is part of the result.
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
-    let record = prepare(log, rig);
+    progress("check");
+    if let Some(found) = contradictions(rig, log).into_iter().next() {
+        return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
+    }
+    let rows = prepare(log, rig);
+    let record = &rows;
     if record.len() < LEAST_SAMPLES {
         return Err(DiagnosisError::TooShort { found: record.len() });
     }
     if record.stretches.iter().all(|s| s.held_back) {
         return Err(DiagnosisError::TooBroken);
     }
-    let judgeable = observers::judgeable(&record);
+    let judgeable = observers::judgeable(record);
     if judgeable & !Channel::Supply.bit() == 0 {
         let both = record.available.pressure_a && record.available.pressure_b;
-        return match diagnose_one_pressure(rig, &record) {
+        return match diagnose_one_pressure(rig, record) {
             Some(diagnosis) => Ok(diagnosis),
             None if both => Err(DiagnosisError::Still),
             None => Err(DiagnosisError::NothingToJudge),
@@ -43,25 +52,55 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     }
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
-    let library = term_library::library(&record, &plant, judgeable);
-    let signals = Signals::default();
-    let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
-    let mut problem = Problem {
-        rig,
-        record: &record,
-        stretches: fitted,
-        judgeable,
-        nominal: &corrected,
-        signals: &signals,
-        terms: &library,
-        dispersion: [1.0; 4],
-    };
-    // A fit can only fail on a rig that cannot be simulated, which was checked above.
-    let Some(found) = search::search(&mut problem, &nominal, progress) else {
-        return Err(DiagnosisError::NothingToJudge);
-    };
-    progress("hold-out");
-    Ok(conclude(&problem, found))
+    let mut record = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, &nominal);
+    let mut reconsidered = [false; 3];
+    loop {
+        let library = term_library::library(&record, &plant, judgeable);
+        let signals = Signals::default();
+        let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
+        let mut problem = Problem {
+            rig,
+            record: &record,
+            stretches: fitted,
+            judgeable,
+            nominal: &corrected,
+            signals: &signals,
+            terms: &library,
+            dispersion: [1.0; 4],
+            judged: OnceLock::new(),
+        };
+        if !reconsidered[0]
+            && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
+        {
+            reconsidered[0] = true;
+            if let Some(quieter) = noise_level::quieter(&problem, &fit) {
+                record = quieter;
+                continue;
+            }
+        }
+        // A fit can only fail on a rig that cannot be simulated, which was checked above.
+        let Some(found) = search::search(&mut problem, &nominal, progress) else {
+            return Err(DiagnosisError::NothingToJudge);
+        };
+        // What the causes explain may have looked like a command that moved between rows, or the other way round; or like
+        // noise.
+        if !found.best.hypothesis.effects.is_empty() {
+            let best = &found.best.hypothesis;
+            let again = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, best);
+            if again.command_moved() != record.command_moved() && !reconsidered[1] {
+                (record, reconsidered) = (again, [false, true, reconsidered[2]]);
+                continue;
+            }
+            if !reconsidered[2]
+                && let Some(quieter) = noise_level::quieter(&problem, &found.best)
+            {
+                (record, reconsidered) = (quieter, [true; 3]);
+                continue;
+            }
+        }
+        progress("hold-out");
+        return Ok(conclude(&problem, found));
+    }
 }
 
 fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
@@ -83,7 +122,11 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
     let mut extended_rig = kept.hypothesis.rig(rig, &kept.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
-    let held = hold_out::Comparison::new(record, rig, &extended_rig);
+    let held = hold_out::Comparison::new(
+        record,
+        (rig, 0.0),
+        (&extended_rig, kept.hypothesis.supply_sensor_pa(&kept.hypothesis.values)),
+    );
     let at = |horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let horizons = hold_out::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(horizon_s)?.0)).collect();
     let (gain, overlay) =
@@ -122,11 +165,21 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         leads: if verdict == Verdict::NoGap { Vec::new() } else { judgement.leads },
         description,
         balances,
-        log: LogSummary { available: record.available, quality: record.quality.clone() },
+        log: LogSummary {
+            available: record.available,
+            quality: record.quality.clone(),
+            held_back_s: held_back_s(record),
+        },
         hypotheses,
         extended_rig,
         evidence,
     }
+}
+
+/// How much of a record is held back, s.
+fn held_back_s(record: &Record) -> f64 {
+    let held = record.stretches.iter().filter(|s| s.held_back);
+    held.map(|s| record.t_s[s.end - 1] - record.t_s[s.start]).sum()
 }
 
 /// Terms outside the catalogue that the balances in `lacking` need in addition to the fit; `None` if there are none.
@@ -137,7 +190,7 @@ fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<De
 
 fn evidence(problem: &Problem<'_>, innovations: [Innovations; 2], overlay: Overlay) -> Evidence {
     let record = problem.record;
-    let samples: Vec<usize> = split::samples(&problem.stretches).collect();
+    let samples: Vec<usize> = record.rows_of(&problem.stretches).collect();
     let pick = |signal: &[f64]| -> Vec<f64> {
         if signal.is_empty() { Vec::new() } else { samples.iter().map(|&k| signal[k]).collect() }
     };

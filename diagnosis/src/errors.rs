@@ -23,6 +23,14 @@ pub enum DiagnosisError {
         constants::shortest_stretch_s()
     )]
     TooBroken,
+    /// The log contradicts the rig file or itself.
+    #[error("{problem}: {remedy}")]
+    Contradiction {
+        /// What was found.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
     /// No balance can be formed.
     #[error(
         "the log has no combination of columns that makes a balance: add u_v with p_a_pa or p_b_pa (mass balance), or both \

@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 mod balances;
+mod check;
 pub mod constants;
 mod data;
 mod diagnose;
@@ -26,6 +27,7 @@ mod outcome;
 mod select;
 mod validate;
 
+pub use check::{Check, Flaw, Knowledge, Weight, Window, check, most_telling};
 pub use data::channel::Channel;
 pub use data::noise::ChannelNoise;
 pub use data::quality::{Available, Quality};

@@ -239,7 +239,7 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
         leads: Vec::new(),
         description: None,
         balances: Vec::new(),
-        log: LogSummary { available: record.available, quality: record.quality.clone() },
+        log: LogSummary { available: record.available, quality: record.quality.clone(), held_back_s: 0.0 },
         hypotheses: Vec::new(),
         extended_rig,
         evidence: Evidence::default(),

@@ -35,9 +35,9 @@ pub struct Cause {
 /// A nominal value, corrected within a few of its stated tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
-    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`.
+    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`; `p_sup_pa` for the mean of the supply as measured.
     pub name: String,
-    /// Value of the rig file.
+    /// Value of the rig file; of the log, for a column.
     pub nominal: f64,
     /// Corrected value.
     pub value: f64,
@@ -121,7 +121,8 @@ impl HoldOut {
     /// measured.
     #[must_use]
     pub fn worst_ratio(&self) -> f64 {
-        self.extended_rmse.over(&self.noise_floor).fold(0.0, f64::max)
+        let ratios = self.extended_rmse.over(&self.noise_floor);
+        ratios.map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio }).fold(0.0, f64::max)
     }
 }
 
@@ -253,6 +254,8 @@ pub struct LogSummary {
     pub available: Available,
     /// Sampling and noise.
     pub quality: Quality,
+    /// How much of it was held back to confirm what was found, s; 0 for a log too short.
+    pub held_back_s: f64,
 }
 
 /// Signals for pictures: innovations of nominal and extended model, and the quantities they may depend on.

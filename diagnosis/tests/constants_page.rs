@@ -20,7 +20,8 @@ docs/diagnosis-constants.csv`. This page: `RECORDED=write cargo test --test cons
 [diagnosis-statistics.md](diagnosis-statistics.md) says where each constant acts.
 ";
 
-const STAGES: [(&str, &str); 7] = [
+const STAGES: [(&str, &str); 8] = [
+    ("check", "Before anything is fitted"),
     ("data", "The log made ready"),
     ("model", "Hypotheses and their parameters"),
     ("balances", "Observers on single balances"),

@@ -16,8 +16,12 @@ pub struct Chain {
     pub pressure: ([f64; 2], u32),
     /// Range and bits of the position converter.
     pub position: ([f64; 2], u32),
-    /// Nominal sampling period, s.
+    /// Nominal period of the controller, s.
     pub period_s: f64,
+    /// Of so many periods the logger keeps one row.
+    pub logged_every: usize,
+    /// The logged position goes no higher than the value below which this part of its readings lie.
+    pub clipped_above: Option<f64>,
     /// Standard deviation of the sampling period, relative; the times recorded are the true ones.
     pub jitter: f64,
     /// Lost stretches per second, each a few to some dozen rows.
@@ -40,6 +44,8 @@ impl Chain {
             pressure: ([0.0, 1.0e6], 12),
             position: (position_range_m, 16),
             period_s: 1e-3,
+            logged_every: 1,
+            clipped_above: None,
             jitter: 0.0,
             lost_rows_per_s: 0.0,
             blanks_per_s: 0.0,

@@ -99,7 +99,11 @@ fn record_once(
         t_s = next;
     }
 
+    if let Some(part) = chain.clipped_above {
+        clip(&mut columns[1], part);
+    }
     let mut lost = stretches(rows, chain.period_s, chain.lost_rows_per_s, &mut losses);
+    lost.iter_mut().enumerate().for_each(|(row, lost)| *lost |= row % chain.logged_every.max(1) != 0);
     lost[..times.partition_point(|t_s| *t_s < chain.begins_s)].fill(true);
     let keep = |values: &[f64]| -> Vec<f64> {
         values.iter().zip(&lost).filter(|(_, lost)| !**lost).map(|(value, _)| *value).collect()
@@ -120,4 +124,14 @@ fn record_once(
     }
     let ideal = ideal.into_iter().zip(&lost).filter(|(_, lost)| !**lost).map(|(reading, _)| reading).collect();
     (log, ideal, swings)
+}
+
+/// Keeps all values below the one that `part` of them do not exceed.
+fn clip(values: &mut [f64], part: f64) {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let at = ((part * sorted.len() as f64) as usize).min(sorted.len().saturating_sub(1));
+    if let Some(limit) = sorted.get(at) {
+        values.iter_mut().for_each(|value| *value = value.min(*limit));
+    }
 }

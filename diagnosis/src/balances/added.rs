@@ -1,4 +1,5 @@
-//! Forces and flows that terms outside the catalogue add to those of the model.
+//! What a hypothesis adds to the balances beside its plant: forces and flows of terms outside the catalogue, and the offset of
+//! the supply's sensor.
 
 /// What the terms of a hypothesis add to the balances, by sample; empty for nothing.
 #[derive(Clone, Debug, Default)]
@@ -9,6 +10,8 @@ pub(crate) struct Added {
     pub(crate) flow_a_kg_per_s: Vec<f64>,
     /// Mass flow into B, kg/s.
     pub(crate) flow_b_kg_per_s: Vec<f64>,
+    /// What the supply's sensor shows too much, Pa.
+    pub(crate) supply_sensor_pa: f64,
 }
 
 impl Added {
@@ -20,5 +23,6 @@ impl Added {
         sum(&mut self.force_n, &other.force_n);
         sum(&mut self.flow_a_kg_per_s, &other.flow_a_kg_per_s);
         sum(&mut self.flow_b_kg_per_s, &other.flow_b_kg_per_s);
+        self.supply_sensor_pa += factor * other.supply_sensor_pa;
     }
 }

@@ -1,5 +1,6 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
+use super::judged::judged;
 use crate::constants;
 use crate::data::record::{ChamberSignals, Record};
 use crate::data::split::Stretch;
@@ -85,48 +86,67 @@ pub(crate) struct Drive<'a> {
     pub(crate) added_kg_per_s: &'a [f64],
 }
 
-/// Prediction errors of the chamber's pressure in units of its noise.
+/// Prediction errors of the chamber's pressure in units of its noise and of what is not known of the command. Second, the
+/// sum of the logarithms of the part that this makes of a unit: what a likelihood must count beside the errors.
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
     stretches: &[Stretch],
     side: Side,
     drive: &Drive<'_>,
-) -> Vec<f64> {
+) -> (Vec<f64>, f64) {
     let c = plant.coefficients();
     let is_a = side == Side::A;
-    let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa } = record.chamber(side);
+    let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa, doubt_pa } =
+        record.chamber(side);
     let beyond = if is_a { Side::B } else { Side::A };
     let sigma = noise_pa.max(constants::numerical_error_pa());
     let lag = plant.added().pressure_lag;
 
     let mut out = Vec::with_capacity(drive.compression.first_half.len());
+    let (mut next_stroke, mut log_widths) = (0, 0.0);
     for stretch in stretches {
         let mut p = plant.true_pressure_pa(side, smooth.value[stretch.start], smooth.slope[stretch.start]);
         let mut sensed = plant.pressure_behind_lag_pa(side, smooth.value[stretch.start]);
         let mut settled = (record.t_s[stretch.start] + constants::chamber_settling_s()).max(record.valve_known_s);
+        // Variance of the prediction by what is not known of the command, alike for all hypotheses.
+        let mut doubt = 0.0;
         for k in stretch.range() {
-            if weights[k] * sigma < constants::chamber_clear() {
-                settled = settled.max(record.t_s[k] + constants::chamber_settling_s());
+            let stroke = next_stroke;
+            next_stroke += 1;
+            let dt = record.interval_s(k);
+            if record.is_row(k) {
+                if weights[k] * sigma < constants::chamber_clear() {
+                    settled = settled.max(record.t_s[k] + constants::chamber_settling_s());
+                }
+                let error = measured[k] - plant.shown_pressure_pa(side, sensed);
+                let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };
+                if record.t_s[k] >= settled && weights[k] > 0.0 {
+                    out.push(judged(error * weights[k] * trusted.sqrt()));
+                    log_widths -= 0.5 * trusted.ln();
+                } else {
+                    out.push(f64::NAN);
+                }
+                // After settling, the pressure is known as well as an average over the time since then. So the gain
+                // falls with one over that time, as a Kalman filter's would, down to the stationary gain.
+                let since = record.t_s[k] - settled;
+                let memory = if since < 0.0 {
+                    constants::chamber_settling_memory_s()
+                } else {
+                    (constants::chamber_settling_memory_s() + since).min(constants::chamber_memory_s())
+                };
+                let to_next = record.to_next_row_s(k);
+                let (stationary, kalman) = (to_next / (memory + to_next), 1.0 - trusted);
+                let gain = stationary.max(kalman);
+                doubt *= if stationary > kalman { (1.0 - gain).powi(2) } else { 1.0 - gain };
+                doubt += doubt_pa.get(k).map_or(0.0, |grows| grows * grows);
+                let drawn = error * gain;
+                p += drawn;
+                sensed += drawn;
             }
-            let error = measured[k] - plant.shown_pressure_pa(side, sensed);
-            let stroke = out.len();
-            out.push(if record.t_s[k] >= settled { error * weights[k] } else { f64::NAN });
             if k + 1 == stretch.end {
                 break;
             }
-            let dt = record.interval_s(k);
-            // After settling, the pressure is known as well as an average over the time since then. So the gain falls
-            // with one over that time, as a Kalman filter's would, down to the stationary gain.
-            let since = record.t_s[k] - settled;
-            let memory = if since < 0.0 {
-                constants::chamber_settling_memory_s()
-            } else {
-                (constants::chamber_settling_memory_s() + since).min(constants::chamber_memory_s())
-            };
-            let drawn = error * (dt / (memory + dt));
-            p += drawn;
-            sensed += drawn;
             let before = p;
             p *= drive.compression.first_half[stroke];
             let opening = drive.openings[k];
@@ -147,7 +167,7 @@ pub(crate) fn innovations(
             };
         }
     }
-    out
+    (out, log_widths)
 }
 
 /// `x^n` for `x` close to one.

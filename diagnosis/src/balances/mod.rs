@@ -12,7 +12,9 @@
 //! the fit.
 
 pub(crate) mod added;
+pub(crate) mod between;
 pub(crate) mod chamber;
+pub(crate) mod judged;
 pub(crate) mod observers;
 pub(crate) mod piston;
 pub(crate) mod shared;

@@ -32,6 +32,8 @@ pub(crate) fn judgeable(record: &Record) -> Channels {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Innovations {
     pub(crate) channels: [Vec<f64>; 4],
+    /// Sum of the logarithms of the units that errors are told in over the sensors' noise.
+    pub(crate) log_widths: f64,
 }
 
 /// Runs the wanted balances of a model, with some terms added, over some stretches of the log.
@@ -47,7 +49,7 @@ pub(crate) fn innovations(
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
         let openings = signals.openings.of(valve::Path::of(plant), || valve::openings(record, plant));
-        let supply = supply::pressures(record, plant, &openings);
+        let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         for (channel, side) in [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)] {
             if wanted & channel.bit() != 0 {
                 let geometry = chamber::Geometry::of(plant, side);
@@ -60,11 +62,14 @@ pub(crate) fn innovations(
                     supply_pa: &supply.at_valve,
                     added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
                 };
-                out.channels[channel as usize] = chamber::innovations(record, plant, stretches, side, &drive);
+                let (errors, log_widths) = chamber::innovations(record, plant, stretches, side, &drive);
+                out.channels[channel as usize] = errors;
+                out.log_widths += log_widths;
             }
         }
         if wanted & Channel::Supply.bit() != 0 {
-            out.channels[Channel::Supply as usize] = supply::innovations(record, stretches, &supply.predicted);
+            out.channels[Channel::Supply as usize] =
+                supply::innovations(record, stretches, &supply.predicted, added.supply_sensor_pa);
         }
     }
     if wanted & Channel::Position.bit() != 0 {

@@ -1,5 +1,6 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
+use super::judged::judged;
 use crate::constants;
 use crate::data::record::{Moment, Record};
 use crate::data::smoothing::Smoothed;
@@ -24,15 +25,19 @@ pub(crate) fn innovations(
     added_n: &[f64],
     stretches: &[Stretch],
 ) -> Vec<f64> {
-    let inverse_sigma = 1.0 / record.quality.position.standard_deviation.max(constants::numerical_error_m());
     let omega = record.observer_rad_per_s;
+    let between_rows_m = 0.5 * constants::unseen_acceleration() * record.quality.interval_s.powi(2);
+    let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m()).max(between_rows_m);
+    let inverse_sigma = 1.0 / (sigma * record.observer_noise);
     let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
     let timing = Timing::of(plant);
     // Subtracted to turn a difference of shown positions into one of true positions.
     let zero = plant.true_position_m(0.0);
     let mut out = Vec::with_capacity(forces.p_a_pa.len());
+    let mut places = 0;
     for stretch in stretches {
-        let first = out.len();
+        let first = places;
+        places += stretch.range().len();
         let driving = |stretch: &Stretch, k: usize| {
             let added = if added_n.is_empty() {
                 0.0
@@ -47,24 +52,30 @@ pub(crate) fn innovations(
         // A prediction that breaks away before the real piston waits until that one moves.
         let mut waits = false;
         for k in stretch.range() {
+            let row = record.is_row(k);
             if record.at_end[k] {
                 // Follow the measurement until the piston has left the end for good.
-                out.push(f64::NAN);
+                if row {
+                    out.push(f64::NAN);
+                }
                 if k + 1 < stretch.end {
                     force = driving(stretch, k + 1);
                     piston = Piston::start(record, plant, &force, k + 1);
                 }
                 continue;
             }
-            let error = record.y_m[k] - plant.shown_position_m(piston.y);
+            // Between rows nothing was measured, and nothing is corrected.
+            let error = if row { record.y_m[k] - plant.shown_position_m(piston.y) } else { 0.0 };
             // The same error as a true distance.
             let behind = plant.true_position_m(error) - zero;
-            out.push(if record.t_s[k] >= settled { error * inverse_sigma } else { f64::NAN });
+            if row {
+                out.push(if record.t_s[k] >= settled { judged(error * inverse_sigma) } else { f64::NAN });
+            }
             if k + 1 == stretch.end {
                 break;
             }
             let dt = record.interval_s(k);
-            let w = omega * dt;
+            let w = omega * if row { record.to_next_row_s(k) } else { 0.0 };
             piston.y += behind * (core::f64::consts::SQRT_2 * w).min(0.5);
             let measured_v = plant.true_position_m(record.motion.slope[k]) - zero;
             if waits {
@@ -311,7 +322,7 @@ impl Piston {
 /// cause.
 pub(crate) fn moves(record: &Record) -> bool {
     let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
-    let moving = record.motion.slope.iter().filter(|v| v.abs() > at_rest).count();
+    let moving = record.rows.iter().filter(|k| record.motion.slope[**k].abs() > at_rest).count();
     moving as f64 * record.quality.interval_s >= constants::least_motion_s()
 }
 

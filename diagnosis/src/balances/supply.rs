@@ -1,7 +1,8 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
+use super::judged::judged;
 use crate::data::record::Record;
-use crate::data::split::{Stretch, interrupted, samples};
+use crate::data::split::{Stretch, interrupted};
 use plant_model::{Plant, Side};
 
 /// Supply pressure by sample, Pa absolute.
@@ -12,8 +13,9 @@ pub(crate) struct SupplyPressure {
     pub(crate) predicted: Vec<f64>,
 }
 
-/// Supply pressure at every sample. The flow drawn is computed with the chamber pressures as measured.
-pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -> SupplyPressure {
+/// Supply pressure at every sample, with what its sensor shows too much. The flow drawn is computed with the chamber
+/// pressures as measured.
+pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64], sensor_pa: f64) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
     let droop = plant.added().supply_droop;
@@ -26,7 +28,7 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
             // measurement, if any.
             let anew = k == 0 || interrupted(&record.t_s, k, record.quality.interval_s);
             if let Some(sensed) = record.p_sup_smooth.value.get(k).filter(|_| anew) {
-                p = *sensed;
+                p = *sensed - sensor_pa;
             }
             predicted[k] = p;
             let filled = if openings[k] >= 0.0 { Side::A } else { Side::B };
@@ -43,12 +45,13 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64]) -
             p = p.max(c.atmosphere_pa);
         }
     }
-    let at_valve = if measured { record.p_sup_smooth.value.clone() } else { predicted.clone() };
+    let truly = |shown: &f64| shown - sensor_pa;
+    let at_valve = if measured { record.p_sup_smooth.value.iter().map(truly).collect() } else { predicted.clone() };
     SupplyPressure { at_valve, predicted }
 }
 
 /// Measured minus predicted supply pressure in units of its noise.
-pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64]) -> Vec<f64> {
+pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64], sensor_pa: f64) -> Vec<f64> {
     let sigma = record.quality.supply.standard_deviation.max(1.0);
-    samples(stretches).map(|k| (record.p_sup_pa[k] - predicted[k]) / sigma).collect()
+    record.rows_of(stretches).map(|k| judged((record.p_sup_pa[k] - sensor_pa - predicted[k]) / sigma)).collect()
 }

@@ -107,6 +107,7 @@ fn gains(air: &Air<'_>, judgeable: Channels, out: &mut Vec<Term>) {
                 force_n: if felt { (0..record.len()).map(force).collect() } else { Vec::new() },
                 flow_a_kg_per_s: hidden(true),
                 flow_b_kg_per_s: hidden(false),
+                ..Added::default()
             },
         });
     }

@@ -18,22 +18,31 @@ struct Railed {
 }
 
 impl Railed {
-    fn position() -> Self {
-        Self { in_a_row: constants::railed_position_run(), moved_by: constants::railed_position_noise() }
+    /// Of a position whose samples usually come every `interval_s`.
+    fn position(interval_s: f64) -> Self {
+        let moved_by = constants::railed_position_noise();
+        Self { in_a_row: Self::samples(constants::railed_position_run(), interval_s), moved_by }
     }
 
     /// Pressures peak for a moment only.
-    fn pressure() -> Self {
-        Self { in_a_row: constants::railed_pressure_run(), moved_by: constants::railed_pressure_noise() }
+    fn pressure(interval_s: f64) -> Self {
+        let moved_by = constants::railed_pressure_noise();
+        Self { in_a_row: Self::samples(constants::railed_pressure_run(), interval_s), moved_by }
+    }
+
+    fn samples(seconds: f64, interval_s: f64) -> usize {
+        ((seconds / interval_s.max(1.0e-6)).round() as usize).max(constants::least_railed())
     }
 }
 
 /// Marks samples at the end stops or at the limits of the sensors, and what follows shortly after.
 pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let mut out = vec![false; record.len()];
+    let interval_s = record.quality.interval_s;
+    let reach = record.pressure_reach().samples(interval_s);
     for (signal, noise) in [(&record.p_a_pa, record.quality.pressure_a), (&record.p_b_pa, record.quality.pressure_b)] {
-        for railed in railed(signal, noise, &Railed::pressure()) {
-            out[around(&railed, 2 * constants::pressure_reach(), record.t_s.len())].fill(true);
+        for railed in railed(signal, noise, &Railed::pressure(interval_s)) {
+            out[around(&railed, 2 * reach, record.t_s.len())].fill(true);
         }
     }
     let half = 0.5 * rig.rig.cylinder.stroke_m;
@@ -43,6 +52,10 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let [lower, upper] = record.end_stops_m;
     let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
     let lasting = (constants::end_stop_settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
+    // A position at its sensor's limit, and what smoothing and the observer make of it.
+    for railed in railed(&record.y_m, record.quality.position, &Railed::position(interval_s)) {
+        out[railed.start.saturating_sub(lasting / 4)..(railed.end + lasting).min(record.len())].fill(true);
+    }
     let ends: Vec<usize> = (0..record.len()).filter(|&k| record.y_m[k] <= low || record.y_m[k] >= high).collect();
     // If most samples seem to be at an end, the log has another zero than the rig file; then no end stop is known.
     if ends.len() * 2 > record.len() {
@@ -101,7 +114,9 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let rig = &file.rig;
     let c = &rig.cylinder;
     // Variance of a local parabola's value at its centre. The remaining error is correlated over neighbouring samples.
-    let left = 2.25 / (2 * constants::volume_reach() + 1) as f64 * constants::samples_alike();
+    let reach = record.volume_reach().samples(record.quality.interval_s);
+    let window = (2 * reach + 1) as f64;
+    let left = (2.25 / window).min(1.0) * (window / constants::window_alike()).max(1.0);
     let position = record.quality.position.standard_deviation * left.sqrt();
     let half = 0.5 * c.stroke_m;
     let [lower, upper] = record.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
@@ -120,19 +135,28 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_a_m2, "cylinder.volume_a0_m3");
     let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_b_m2, "cylinder.volume_b0_m3");
     // Where the position is clipped, the volumes of the chambers are unknown.
-    for railed in railed(&record.y_m, quality.position, &Railed::position()) {
+    for railed in railed(&record.y_m, quality.position, &Railed::position(record.quality.interval_s)) {
         for weight in [&mut weight_a, &mut weight_b] {
-            blank(weight, &railed);
+            blank(weight, &railed, reach);
         }
     }
     for (weight, signal, noise) in
         [(&mut weight_a, &record.p_a_pa, quality.pressure_a), (&mut weight_b, &record.p_b_pa, quality.pressure_b)]
     {
-        for railed in railed(signal, noise, &Railed::pressure()) {
-            blank(weight, &railed);
+        for railed in railed(signal, noise, &Railed::pressure(record.quality.interval_s)) {
+            blank(weight, &railed, reach);
         }
     }
     [weight_a, weight_b]
+}
+
+/// Whether each position is clipped at its sensor's limit.
+pub(crate) fn clipped(record: &Record) -> Vec<bool> {
+    let mut out = vec![false; record.len()];
+    for railed in railed(&record.y_m, record.quality.position, &Railed::position(record.quality.interval_s)) {
+        out[railed].fill(true);
+    }
+    out
 }
 
 /// Runs of samples at which a signal is clipped at its sensor's limit.
@@ -153,8 +177,8 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
 }
 
 /// Sets the weight of clipped samples to zero, and that of neighbours whose smoothed values depend on them.
-fn blank(weight: &mut [f64], railed: &Range<usize>) {
-    let unknown = around(railed, constants::volume_reach(), weight.len());
+fn blank(weight: &mut [f64], railed: &Range<usize>, reach: usize) {
+    let unknown = around(railed, reach, weight.len());
     if let Some(part) = weight.get_mut(unknown) {
         part.fill(0.0);
     }

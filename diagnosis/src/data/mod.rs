@@ -1,6 +1,7 @@
 //! The log made ready: samples, stretches, noise, smoothing, masks.
 
 pub(crate) mod channel;
+pub(crate) mod grid;
 pub(crate) mod masks;
 pub(crate) mod noise;
 pub(crate) mod prepare;

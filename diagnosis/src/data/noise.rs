@@ -17,6 +17,11 @@ const THIRD_DIFFERENCE_GAIN: f64 = 20.0;
 const KEPT: f64 = 0.95;
 /// Variance of a normal variable without the 5 % of largest magnitude.
 const KEPT_VARIANCE: f64 = 0.7587;
+/// Half of a normal variable's magnitudes are below this.
+const MEDIAN: f64 = 0.6745;
+/// Of noise alone, median and mean square tell the same. Where the median tells less than this part, samples are so far
+/// apart that the signal's own motion is in the differences, and the median, which rests count for, is believed.
+const MOTION: f64 = 0.8;
 
 /// Estimates noise and resolution from evenly sampled stretches of a signal.
 pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> ChannelNoise {
@@ -34,7 +39,12 @@ pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> Channe
     let kept = kept.clamp(1, differences.len());
     differences.select_nth_unstable_by(kept - 1, f64::total_cmp);
     let mean_square = differences[..kept].iter().map(|d| d * d).sum::<f64>() / kept as f64;
-    let spread = (mean_square / KEPT_VARIANCE / THIRD_DIFFERENCE_GAIN).sqrt();
+    let by_mean = (mean_square / KEPT_VARIANCE / THIRD_DIFFERENCE_GAIN).sqrt();
+    // The median of all of them, of which the largest are not among those kept.
+    let middle = (differences.len() / 2).min(kept - 1);
+    let median = *differences[..kept].select_nth_unstable_by(middle, f64::total_cmp).1;
+    let by_median = median / MEDIAN / THIRD_DIFFERENCE_GAIN.sqrt();
+    let spread = if by_median < MOTION * by_mean { by_median } else { by_mean };
     // A signal that rests on one code shows no differences; its error is still that of the code.
     ChannelNoise { standard_deviation: spread.max(resolution / 12.0_f64.sqrt()), resolution }
 }
@@ -69,6 +79,16 @@ mod tests {
         let noise = estimate(std::iter::once(&x[..]));
         assert!((noise.standard_deviation / 1.0e-3 - 1.0).abs() < 0.05, "{noise:?}");
         assert_eq!(noise.resolution, 0.0);
+    }
+
+    #[test]
+    fn noise_is_found_between_distant_samples_of_a_signal_that_rests_half_of_the_time() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+        let mut noise = || 1.0e-3 * rng.sample::<f64, _>(StandardNormal);
+        let moved = |k: usize| if k % 200 < 80 { (0.3 * k as f64).sin() } else { 0.0 };
+        let x: Vec<f64> = (0..20_000).map(|k| moved(k) + noise()).collect();
+        let noise = estimate(std::iter::once(&x[..]));
+        assert!((1.0e-3..3.0e-3).contains(&noise.standard_deviation), "{noise:?}");
     }
 
     #[test]

@@ -1,18 +1,19 @@
 //! From the log's columns to a record: usable samples, uninterrupted stretches, the part held back, noise levels,
 //! smoothed signals, masks.
 
+use super::grid::{Between, refined};
 use super::masks;
 use super::noise::{self, ChannelNoise};
 use super::quality::{Available, Quality};
 use super::record::Record;
-use super::smoothing::{Smoothed, parabola, slopes};
+use super::smoothing::{Reach, Smoothed, parabola, slopes};
 use super::split::{self, Stretch};
 use crate::constants;
 use core::ops::Range;
 use plant_model::Plant;
 use rig_files::{Log, RigFile};
 
-/// Makes a log ready, for a rig as its file states it.
+/// Makes a log ready, for a rig as its file states it: rows as measured, nothing between them ([`refined`]).
 pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     let columns = [&log.u_v, &log.p_a_pa, &log.p_b_pa, &log.p_sup_pa, &log.f_ext_n];
     let usable: Vec<usize> = (0..log.t_s.len())
@@ -42,35 +43,55 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record.quality.samples = record.t_s.len();
     record.quality.blank_rows = log.t_s.len() - usable.len();
     record.stretches = split::stretches(&record.t_s, &mut record.quality);
+    record.rows = (0..record.len()).collect();
+    record.step_s = record.quality.interval_s;
     estimate_noise(&mut record);
+    // A clipped position shows no noise.
+    let clipped = masks::clipped(&record);
+    if clipped.contains(&true) {
+        let live = |s: &Stretch| -> Vec<Vec<f64>> {
+            let runs = s.range().collect::<Vec<_>>();
+            let runs = runs.chunk_by(|one, other| clipped[*one] == clipped[*other]).filter(|run| !clipped[run[0]]);
+            runs.map(|run| run.iter().map(|k| record.y_m[*k]).collect()).collect()
+        };
+        let parts: Vec<Vec<f64>> = record.stretches.iter().flat_map(live).collect();
+        record.quality.position = noise::estimate(parts.iter().map(Vec::as_slice));
+    }
     smooth(&mut record);
     record.valve_known_s = masks::valve_known_s(&record);
     record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, rig);
+    record.observer_noise = observer_noise(record.observer_rad_per_s * record.step_s, record.averaged());
     record.end_stops_m = masks::end_stops_m(&record, &rig.rig);
     [record.weight_a_per_pa, record.weight_b_per_pa] = masks::weights_per_pa(&record, rig);
     record.at_end = masks::at_end(&record, rig);
     record
 }
 
-/// A part of a recording with another position and other chamber pressures in the place of the measured ones.
+/// A part of a recording, from one row to another, with other positions and chamber pressures in its rows.
 pub(crate) fn replaced(record: &Record, range: Range<usize>, [y_m, p_a_pa, p_b_pa]: [Vec<f64>; 3]) -> Record {
-    let part = |signal: &[f64]| if signal.is_empty() { Vec::new() } else { signal[range.clone()].to_vec() };
+    let rows = record.rows_in(range.clone());
     let mut out = Record {
-        t_s: part(&record.t_s),
-        u_v: part(&record.u_v),
-        f_ext_n: part(&record.f_ext_n),
-        p_sup_pa: part(&record.p_sup_pa),
+        t_s: rows.iter().map(|k| record.t_s[*k]).collect(),
+        rows: (0..rows.len()).collect(),
         y_m,
         p_a_pa,
         p_b_pa,
-        stretches: vec![Stretch { start: 0, end: range.len(), held_back: true }],
+        stretches: vec![Stretch { start: 0, end: rows.len(), held_back: true }],
         available: record.available,
         quality: record.quality.clone(),
         observer_rad_per_s: record.observer_rad_per_s,
+        observer_noise: record.observer_noise,
         ..Record::default()
     };
     smooth(&mut out);
-    out
+    let part = |signal: &[f64]| if signal.is_empty() { Vec::new() } else { signal[range.clone()].to_vec() };
+    Record {
+        u_v: part(&record.u_v),
+        f_ext_n: part(&record.f_ext_n),
+        p_sup_pa: part(&record.p_sup_pa),
+        p_sup_smooth: Smoothed { value: part(&record.p_sup_smooth.value), slope: part(&record.p_sup_smooth.slope) },
+        ..refined(out, Between::Held)
+    }
 }
 
 fn estimate_noise(record: &mut Record) {
@@ -90,7 +111,7 @@ fn estimate_noise(record: &mut Record) {
 fn smooth(record: &mut Record) {
     // Smoothing never reaches across an interruption or into the part held back.
     let pieces = split::pieces(&record.stretches, record.t_s.len());
-    let smoothed = |signal: &[f64], reach: usize| {
+    let smoothed = |signal: &[f64], reach: Reach| {
         let mut out = Smoothed::default();
         if !signal.is_empty() {
             for piece in &pieces {
@@ -100,16 +121,16 @@ fn smooth(record: &mut Record) {
         out
     };
     let (y_smooth, motion) =
-        (smoothed(&record.y_m, constants::volume_reach()), smoothed(&record.y_m, constants::velocity_reach()));
+        (smoothed(&record.y_m, record.volume_reach()), smoothed(&record.y_m, record.velocity_reach()));
     // The slope is the derivative of the smoothed pressure itself, so that p + tau p' undoes a lag without a bias.
     let twice = |signal: &[f64]| {
-        let value = smoothed(&smoothed(signal, constants::pressure_reach()).value, constants::pressure_reach()).value;
+        let value = smoothed(&smoothed(signal, record.pressure_reach()).value, record.pressure_reach()).value;
         let slope = pieces.iter().flat_map(|piece| slopes(&record.t_s, &value, piece.clone())).collect();
         Smoothed { value, slope }
     };
     let both = [&record.p_a_pa, &record.p_b_pa].map(|p| if p.is_empty() { Smoothed::default() } else { twice(p) });
     let [p_a, p_b] = both;
-    let p_sup = smoothed(&record.p_sup_pa, constants::volume_reach());
+    let p_sup = smoothed(&record.p_sup_pa, record.volume_reach());
     (record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth) =
         (y_smooth, motion, p_a, p_b, p_sup);
 }
@@ -122,5 +143,36 @@ fn bandwidth_rad_per_s(quality: &Quality, rig: &RigFile) -> f64 {
     let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);
     let acceleration = rig.rig.cylinder.mean_area_m2() * pressure / mass_kg;
     let position = quality.position.standard_deviation.max(1.0e-6);
-    (acceleration / position).sqrt().clamp(15.0, 80.0)
+    let fastest = constants::observer_step() / quality.interval_s.max(1.0e-6);
+    (acceleration / position).sqrt().clamp(15.0, 80.0).min(fastest)
+}
+
+/// Standard deviation of the position observer's innovations, so many averaged into one and scaled as white noise is,
+/// when all that it sees is the sensor's white noise of one; no less than one. `w` is its bandwidth times the interval.
+fn observer_noise(w: f64, averaged: usize) -> f64 {
+    let (by_position, by_velocity) = ((core::f64::consts::SQRT_2 * w).min(0.5), w * w);
+    // The variance is the sum of the squared response to one sample of noise, which dies away within a few 1 / w.
+    let (mut y, mut v) = (0.0, 0.0);
+    let mut response = vec![0.0; averaged - 1];
+    for k in 0..(20.0 / w.clamp(0.01, 1.0)) as usize {
+        let e = if k == 0 { 1.0 } else { 0.0 } - y;
+        response.push(e);
+        v += by_velocity * e;
+        y += by_position * e + v;
+    }
+    let sums = response.windows(averaged).map(|e| e.iter().sum::<f64>());
+    (sums.map(|sum| sum * sum).sum::<f64>() / averaged as f64).sqrt().max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_observer_that_follows_its_sensor_adds_to_the_noise_unless_neighbours_are_averaged() {
+        for (w, averaged, variance) in [(0.05, 4, 1.0), (0.08, 1, 1.092), (0.16, 2, 1.113), (0.5, 1, 1.818)] {
+            let found = observer_noise(w, averaged).powi(2);
+            assert!((found - variance).abs() < 0.005, "{w} {averaged}: {found}");
+        }
+    }
 }

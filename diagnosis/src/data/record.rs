@@ -1,7 +1,7 @@
 //! The prepared log: made by `prepare`, read by all later stages.
 
 use super::quality::{Available, Quality};
-use super::smoothing::Smoothed;
+use super::smoothing::{Reach, Smoothed};
 use super::split::Stretch;
 use crate::constants;
 use core::ops::Range;
@@ -23,9 +23,24 @@ impl Moment {
     }
 }
 
-/// The prepared log. All arrays have one entry per usable sample; channels not measured are empty.
+/// The prepared log. All arrays have one entry per usable sample, and between distant samples further ones by
+/// interpolation ([`super::grid`]); channels not measured are empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Record {
+    /// The places of the samples that were measured; all others are interpolated.
+    pub(crate) rows: Vec<usize>,
+    /// Usual time from one entry to the next, s.
+    pub(crate) step_s: f64,
+    /// Whether each entry was measured; empty where all were.
+    pub(crate) measured: Vec<bool>,
+    /// The command in the rows as logged, V.
+    pub(crate) u_rows_v: Vec<f64>,
+    /// Standard deviation of the command's mean from each row to the next, V; empty for a command that was held.
+    pub(crate) command_doubt_v: Vec<f64>,
+    /// The same for the change of p_a, Pa.
+    pub(crate) doubt_a_pa: Vec<f64>,
+    /// The same for the change of p_b, Pa.
+    pub(crate) doubt_b_pa: Vec<f64>,
     pub(crate) t_s: Vec<f64>,
     pub(crate) u_v: Vec<f64>,
     pub(crate) y_m: Vec<f64>,
@@ -46,6 +61,9 @@ pub(crate) struct Record {
     pub(crate) valve_known_s: f64,
     /// Bandwidth of the position observer, rad/s.
     pub(crate) observer_rad_per_s: f64,
+    /// What the observer makes of the position's noise: standard deviation of its averaged innovations over that of the
+    /// sensor.
+    pub(crate) observer_noise: f64,
     /// One over the standard deviation of the error that a perfect prediction of p_a would have, 1/Pa.
     pub(crate) weight_a_per_pa: Vec<f64>,
     /// The same for p_b.
@@ -70,6 +88,8 @@ pub(crate) struct ChamberSignals<'a> {
     pub(crate) weight_per_pa: &'a [f64],
     /// Standard deviation of the sensor's noise, Pa.
     pub(crate) noise_pa: f64,
+    /// Standard deviation of its change from each row to the next by what is not known of the command, Pa; or empty.
+    pub(crate) doubt_pa: &'a [f64],
 }
 
 impl Record {
@@ -82,6 +102,7 @@ impl Record {
                 other: &self.p_b_smooth,
                 weight_per_pa: &self.weight_a_per_pa,
                 noise_pa: self.quality.pressure_a.standard_deviation,
+                doubt_pa: &self.doubt_a_pa,
             },
             Side::B => ChamberSignals {
                 p_pa: &self.p_b_pa,
@@ -89,6 +110,7 @@ impl Record {
                 other: &self.p_a_smooth,
                 weight_per_pa: &self.weight_b_per_pa,
                 noise_pa: self.quality.pressure_b.standard_deviation,
+                doubt_pa: &self.doubt_b_pa,
             },
         }
     }
@@ -98,15 +120,71 @@ impl Record {
         self.t_s.len()
     }
 
-    /// Time to the next sample, s; the usual interval behind the last one.
+    /// Whether the command moved between rows.
+    pub(crate) fn command_moved(&self) -> bool {
+        !self.command_doubt_v.is_empty()
+    }
+
+    /// Whether entry `k` was measured.
+    pub(crate) fn is_row(&self, k: usize) -> bool {
+        self.measured.get(k).is_none_or(|measured| *measured)
+    }
+
+    /// The measured entries among some.
+    pub(crate) fn rows_in(&self, range: Range<usize>) -> &[usize] {
+        let (low, high) =
+            (self.rows.partition_point(|k| *k < range.start), self.rows.partition_point(|k| *k < range.end));
+        &self.rows[low..high]
+    }
+
+    /// The measured entries in some stretches, in order.
+    pub(crate) fn rows_of<'a>(&'a self, stretches: &'a [Stretch]) -> impl Iterator<Item = usize> + 'a {
+        stretches.iter().flat_map(|stretch| self.rows_in(stretch.range()).iter().copied())
+    }
+
+    /// Time from a measured entry to the next one, s; the usual interval behind the last one.
+    pub(crate) fn to_next_row_s(&self, k: usize) -> f64 {
+        if self.rows.len() == self.len() {
+            return self.interval_s(k);
+        }
+        let next = self.rows.partition_point(|row| *row <= k);
+        self.rows.get(next).map_or(self.quality.interval_s, |next| self.t_s[*next] - self.t_s[k])
+    }
+
+    /// Half the window that smooths the position for volumes, and the supply.
+    pub(crate) fn volume_reach(&self) -> Reach {
+        Reach::new(constants::volume_reach(), self.quality.interval_s, constants::least_reach())
+    }
+
+    /// The same for the velocity.
+    pub(crate) fn velocity_reach(&self) -> Reach {
+        Reach::new(constants::velocity_reach(), self.quality.interval_s, constants::least_velocity_reach())
+    }
+
+    /// The same for chamber pressures.
+    pub(crate) fn pressure_reach(&self) -> Reach {
+        Reach::new(constants::pressure_reach(), self.quality.interval_s, constants::least_reach())
+    }
+
+    /// How many innovations are averaged into one.
+    pub(crate) fn averaged(&self) -> usize {
+        ((constants::averaged() / self.quality.interval_s.max(1.0e-6)).round() as usize).max(1)
+    }
+
+    /// Over how many samples means are taken for the long-run variance.
+    pub(crate) fn dispersion_span(&self) -> usize {
+        ((constants::dispersion_span() / self.quality.interval_s.max(1.0e-6)).round() as usize).max(2)
+    }
+
+    /// Time to the next entry, s; the usual one behind the last.
     pub(crate) fn interval_s(&self, k: usize) -> f64 {
-        if k + 1 < self.len() { self.t_s[k + 1] - self.t_s[k] } else { self.quality.interval_s }
+        if k + 1 < self.len() { self.t_s[k + 1] - self.t_s[k] } else { self.step_s }
     }
 
     /// Standard error of the smoothed velocity, m/s: that of the slope of a straight line through `2 m + 1` samples,
     /// `3 sigma^2 / (dt^2 m (m + 1) (2 m + 1))`.
     pub(crate) fn velocity_error_m_per_s(&self) -> f64 {
-        let m = constants::velocity_reach() as f64;
+        let m = self.velocity_reach().samples(self.quality.interval_s) as f64;
         let spread: f64 = 3.0 / (m * (m + 1.0) * (2.0 * m + 1.0));
         self.quality.position.standard_deviation * spread.sqrt() / self.quality.interval_s.max(1.0e-6)
     }
@@ -114,7 +192,7 @@ impl Record {
     /// Where the time `by_s` after (before, if negative) sample `k` lies within some samples.
     pub(crate) fn moment(&self, k: usize, by_s: f64, within: Range<usize>) -> Moment {
         let t_s = self.t_s[k] + by_s;
-        let guess = k as f64 + by_s / self.quality.interval_s.max(1.0e-9);
+        let guess = k as f64 + by_s / self.step_s.max(1.0e-9);
         let last = within.end.saturating_sub(1).max(within.start);
         // Sampling is nearly even: the place is a few samples from the guess at most, unless the log is interrupted.
         let mut low = (guess.max(0.0) as usize).clamp(within.start, last);

@@ -9,13 +9,43 @@ pub(crate) struct Smoothed {
     pub(crate) slope: Vec<f64>,
 }
 
-/// Fits a parabola to the `reach` samples on either side of each one (fewer near the ends of the stretch).
+/// Half the window of a local parabola.
+#[derive(Clone, Copy)]
+pub(crate) struct Reach {
+    /// On either side, s.
+    pub(crate) seconds: f64,
+    /// No fewer samples on either side, however far apart.
+    pub(crate) least: usize,
+}
+
+impl Reach {
+    /// About so many seconds of samples that usually come every `interval_s`; halfway to the next sample, so that a clock
+    /// that is a little off does not change their number.
+    pub(crate) fn new(seconds: f64, interval_s: f64, least: usize) -> Self {
+        let interval_s = interval_s.max(1.0e-6);
+        Self { seconds: ((seconds / interval_s).round() + 0.5) * interval_s, least }
+    }
+
+    /// Usual number of samples on either side.
+    pub(crate) fn samples(&self, interval_s: f64) -> usize {
+        ((self.seconds / interval_s.max(1.0e-6)) as usize).max(self.least)
+    }
+}
+
+/// Fits a parabola to the samples within reach on either side of each one (fewer near the ends of the stretch).
 ///
-/// Zero phase; passes signals slower than about `1 / (2 reach dt)` and keeps the mean of a kink.
-pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: usize, out: &mut Smoothed) {
+/// Zero phase; passes signals slower than about one over the whole window and keeps the mean of a kink.
+pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: Reach, out: &mut Smoothed) {
+    let (mut first, mut end) = (0, 0);
     for k in 0..signal.len() {
-        let low = k.saturating_sub(reach);
-        let high = (k + reach + 1).min(signal.len());
+        while t_s[first] < t_s[k] - reach.seconds {
+            first += 1;
+        }
+        while end < signal.len() && t_s[end] <= t_s[k] + reach.seconds {
+            end += 1;
+        }
+        let low = first.min(k.saturating_sub(reach.least));
+        let high = end.max(k + reach.least + 1).min(signal.len());
         let scale = ((t_s[high - 1] - t_s[low]) * 0.5).max(1.0e-12);
         let mut s = [0.0f64; 5];
         let mut b = [0.0f64; 3];
@@ -81,7 +111,7 @@ mod tests {
         let t: Vec<f64> = (0..200).map(|k| 1.0e-3 * k as f64 + 2.0e-4 * ((k * 7) % 5) as f64).collect();
         let x: Vec<f64> = t.iter().map(|t| 1.0 + 3.0 * t - 20.0 * t * t).collect();
         let mut out = Smoothed::default();
-        parabola(&t, &x, 10, &mut out);
+        parabola(&t, &x, Reach { seconds: 0.01, least: 2 }, &mut out);
         for k in 0..t.len() {
             assert!((out.value[k] - x[k]).abs() < 1.0e-9);
             assert!((out.slope[k] - (3.0 - 40.0 * t[k])).abs() < 1.0e-6);

@@ -69,8 +69,3 @@ pub(crate) fn pieces(stretches: &[Stretch], len: usize) -> Vec<Range<usize>> {
     cuts.dedup();
     cuts.windows(2).map(|w| w[0]..w[1]).collect()
 }
-
-/// The samples that some stretches cover, in order.
-pub(crate) fn samples(stretches: &[Stretch]) -> impl Iterator<Item = usize> + '_ {
-    stretches.iter().flat_map(Stretch::range)
-}

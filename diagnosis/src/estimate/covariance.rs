@@ -17,7 +17,7 @@ impl Problem<'_> {
         let n = columns.len();
         // The middle of the sandwich: scores summed over blocks of half a second, so that correlated errors add up.
         let per_block =
-            (0.5 / (self.record.quality.interval_s * constants::averaged() as f64)).ceil().max(1.0) as usize;
+            (0.5 / (self.record.quality.interval_s * self.record.averaged() as f64)).ceil().max(1.0) as usize;
         let length = residuals.channels.iter().map(Vec::len).max().unwrap_or(0);
         let mut meat = DMatrix::<f64>::zeros(n, n);
         for block in 0..length.div_ceil(per_block) {

@@ -12,25 +12,25 @@ pub(crate) struct Residuals {
     pub(crate) channels: [Vec<f64>; 4],
 }
 
-/// Averages groups of `constants::averaged` neighbours, scaled so that white noise keeps unit variance.
-pub(crate) fn average_neighbours(innovations: &Innovations) -> Residuals {
+/// Averages groups of so many neighbours, scaled so that white noise keeps unit variance.
+pub(crate) fn average_neighbours(innovations: &Innovations, averaged: usize) -> Residuals {
     let mut out = Residuals::default();
-    let root = (constants::averaged() as f64).sqrt();
+    let root = (averaged as f64).sqrt();
     for (to, from) in out.channels.iter_mut().zip(&innovations.channels) {
-        to.extend(from.chunks(constants::averaged()).map(|chunk| {
+        to.extend(from.chunks(averaged).map(|chunk| {
             let sum: f64 = chunk.iter().sum();
             // A group with a NaN counts as zero error, for every hypothesis alike.
-            if sum.is_nan() || chunk.len() < constants::averaged() { 0.0 } else { sum / root }
+            if sum.is_nan() || chunk.len() < averaged { 0.0 } else { sum / root }
         }));
     }
     out
 }
 
-/// Mean cost of a channel's innovations over that of white noise, the worst part left out.
-pub(crate) fn trimmed_misfit(innovations: &[f64], left_out: f64) -> f64 {
+/// Mean cost of a channel's innovations, so many averaged into one, over that of white noise, the worst part left out.
+pub(crate) fn trimmed_misfit(innovations: &[f64], averaged: usize, left_out: f64) -> f64 {
     let mut costs: Vec<f64> = innovations
-        .chunks_exact(constants::averaged())
-        .map(|chunk| chunk.iter().sum::<f64>() / (constants::averaged() as f64).sqrt())
+        .chunks_exact(averaged)
+        .map(|chunk| chunk.iter().sum::<f64>() / (averaged as f64).sqrt())
         .filter(|e| !e.is_nan())
         .map(loss)
         .collect();
@@ -51,13 +51,12 @@ pub(crate) fn weight(e: f64) -> f64 {
     1.0 / (1.0 + x * x).sqrt()
 }
 
-/// Long-run variance of innovations that should be white with unit variance: that of means over some 50 samples,
-/// robustly; no less than 1. What is not settled is left out.
-pub(crate) fn dispersion(innovations: &[f64]) -> f64 {
-    let root = (constants::dispersion_span() as f64).sqrt();
+/// Long-run variance of innovations that should be white with unit variance: that of means over `span` samples, robustly;
+/// no less than 1. What is not settled is left out.
+pub(crate) fn dispersion(innovations: &[f64], span: usize) -> f64 {
+    let root = (span as f64).sqrt();
     let e: Vec<f64> = innovations.iter().copied().filter(|e| !e.is_nan()).collect();
-    let mut sums: Vec<f64> =
-        e.chunks_exact(constants::dispersion_span()).map(|chunk| (chunk.iter().sum::<f64>() / root).abs()).collect();
+    let mut sums: Vec<f64> = e.chunks_exact(span).map(|chunk| (chunk.iter().sum::<f64>() / root).abs()).collect();
     if sums.len() < constants::least_spans() {
         return 1.0;
     }
@@ -101,17 +100,17 @@ mod tests {
     fn averages_of_white_noise_keep_its_variance_and_a_missing_sample_leaves_its_average_out() {
         let mut e = white(40_000);
         e[9] = f64::NAN;
-        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()] };
-        let averaged = &average_neighbours(&innovations).channels[0];
+        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()], log_widths: 0.0 };
+        let averaged = &average_neighbours(&innovations, 4).channels[0];
         let variance = averaged.iter().map(|e| e * e).sum::<f64>() / averaged.len() as f64;
         assert!((variance - 1.0).abs() < 0.05, "{variance}");
-        assert_eq!(averaged[9 / constants::averaged()], 0.0);
+        assert_eq!(averaged[9 / 4], 0.0);
     }
 
     #[test]
     fn the_long_run_variance_is_one_for_white_errors_and_grows_with_their_correlation() {
         let white = white(40_000);
-        assert!(dispersion(&white) < 1.25, "{}", dispersion(&white));
+        assert!(dispersion(&white, 50) < 1.25, "{}", dispersion(&white, 50));
         // An autoregression with a memory of ten samples: its long-run variance is ((1 + a) / (1 - a)) times its own.
         let mut state = 0.0;
         let correlated: Vec<f64> = (white.iter())
@@ -120,16 +119,16 @@ mod tests {
                 state
             })
             .collect();
-        assert!((10.0..20.0).contains(&dispersion(&correlated)), "{}", dispersion(&correlated));
-        assert_eq!(dispersion(&white[..100]), 1.0);
+        assert!((10.0..20.0).contains(&dispersion(&correlated, 50)), "{}", dispersion(&correlated, 50));
+        assert_eq!(dispersion(&white[..100], 50), 1.0);
     }
 
     #[test]
     fn the_trimmed_misfit_forgets_the_worst_errors() {
         let mut e = white(40_000);
-        let plain = trimmed_misfit(&e, 0.0);
+        let plain = trimmed_misfit(&e, 4, 0.0);
         assert!((plain - 1.0).abs() < 0.05, "{plain}");
         e[100..200].fill(1.0e3);
-        assert!(trimmed_misfit(&e, 0.0) > 10.0 && trimmed_misfit(&e, 0.02) < 1.1);
+        assert!(trimmed_misfit(&e, 4, 0.0) > 10.0 && trimmed_misfit(&e, 4, 0.02) < 1.1);
     }
 }

@@ -1,8 +1,10 @@
 //! From a hypothesis to its maximum a posteriori estimate with standard errors.
 
+pub(crate) mod between_rows;
 pub(crate) mod coordinate_search;
 pub(crate) mod covariance;
 pub(crate) mod derivatives;
 pub(crate) mod likelihood;
+pub(crate) mod noise_level;
 pub(crate) mod optimiser;
 pub(crate) mod problem;

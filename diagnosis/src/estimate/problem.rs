@@ -1,6 +1,7 @@
 //! The data of a fit, and the cost of a hypothesis on them: minus the log-posterior up to a constant.
 
 use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
+use crate::balances::added::Added;
 use crate::balances::observers::{self, Innovations};
 use crate::balances::shared::Signals;
 use crate::balances::term_library::{self, Term};
@@ -14,6 +15,7 @@ use crate::model::parameter::Parameter;
 use nalgebra::DMatrix;
 use plant_model::Effect;
 use rig_files::RigFile;
+use std::sync::OnceLock;
 
 /// The data of a fit, with everything that is the same for all hypotheses.
 pub(crate) struct Problem<'a> {
@@ -30,6 +32,8 @@ pub(crate) struct Problem<'a> {
     /// Long-run variance of each channel's innovations at the best fit so far, 1 for white noise. Divides the channel's
     /// cost.
     pub(crate) dispersion: [f64; 4],
+    /// How many averaged innovations are judged in each channel; found when first asked for.
+    pub(crate) judged: OnceLock<[usize; 4]>,
 }
 
 /// The result of fitting a hypothesis.
@@ -66,7 +70,7 @@ impl<'a> Problem<'a> {
     /// The same problem on the part of the log held back.
     pub(crate) fn held_back(&self) -> Problem<'a> {
         let stretches = self.record.stretches.iter().copied().filter(|s| s.held_back).collect();
-        Problem { stretches, ..*self }
+        Problem { stretches, judged: OnceLock::new(), ..*self }
     }
 
     /// The parameters of an effect on this rig.
@@ -74,18 +78,18 @@ impl<'a> Problem<'a> {
         effects::effect_parameters(self.rig, effect, self.judgeable, &self.record.quality)
     }
 
+    /// What a hypothesis adds to its plant.
+    fn added(&self, hypothesis: &Hypothesis, values: &[f64]) -> Added {
+        let terms = term_library::sum(self.terms, hypothesis.factors(values));
+        Added { supply_sensor_pa: hypothesis.supply_sensor_pa(values), ..terms }
+    }
+
     pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
         let plant = hypothesis.plant(self.rig, values)?;
-        let added = term_library::sum(self.terms, hypothesis.factors(values));
+        let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
-        Some(average_neighbours(&observers::innovations(
-            self.record,
-            self.signals,
-            &plant,
-            &added,
-            &self.stretches,
-            wanted,
-        )))
+        let innovations = observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted);
+        Some(average_neighbours(&innovations, self.record.averaged()))
     }
 
     /// Costs by channel, summed over some channels with the problem's dispersion.
@@ -117,7 +121,7 @@ impl<'a> Problem<'a> {
     /// The same problem on a subset of its data, for comparing candidates, and the ratio of all data to the subset.
     pub(crate) fn subset(&self) -> (Self, f64) {
         let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
-        let (all, interval) = (count(&self.stretches), self.record.quality.interval_s.max(1.0e-6));
+        let (all, interval) = (count(&self.stretches), self.record.step_s.max(1.0e-6));
         let every = (all * interval / constants::subset_s()).round().max(1.0) as usize;
         let length = ((constants::subset_piece_s() / interval) as usize).max(1);
         let pieces = self.stretches.iter().flat_map(|stretch| {
@@ -130,13 +134,30 @@ impl<'a> Problem<'a> {
             stretches.clone_from(&self.stretches);
         }
         let ratio = all / count(&stretches).max(1.0);
-        (Self { stretches, ..*self }, ratio)
+        (Self { stretches, judged: OnceLock::new(), ..*self }, ratio)
     }
 
     /// Expected cost of white noise in some channels, by the square loss.
     pub(crate) fn noise_cost(&self, channels: Channels) -> f64 {
-        let samples = self.stretches.iter().map(|s| s.end - s.start).sum::<usize>() / constants::averaged();
-        0.5 * samples as f64 * f64::from(channels.count_ones())
+        let judged = self.judged.get_or_init(|| self.count_judged());
+        let counted = judged.iter().enumerate().filter(|(channel, _)| channels & (1 << channel) != 0);
+        0.5 * counted.map(|(_, count)| *count as f64).sum::<f64>()
+    }
+
+    /// How many averaged innovations are judged in each channel: the same for all hypotheses.
+    fn count_judged(&self) -> [usize; 4] {
+        let null = Hypothesis::null(self.nominal);
+        let Some(plant) = null.plant(self.rig, &null.values) else { return [0; 4] };
+        let innovations = observers::innovations(
+            self.record,
+            self.signals,
+            &plant,
+            &Added::default(),
+            &self.stretches,
+            self.judgeable,
+        );
+        let whole = |e: &&[f64]| !e.iter().any(|e| e.is_nan());
+        innovations.channels.map(|e| e.chunks_exact(self.record.averaged()).filter(whole).count())
     }
 
     /// A fit from the residuals at a hypothesis' values.
@@ -149,7 +170,7 @@ impl<'a> Problem<'a> {
     pub(crate) fn innovations(&self, fit: &Fit) -> Option<Innovations> {
         let values = &fit.hypothesis.values;
         let plant = fit.hypothesis.plant(self.rig, values)?;
-        let added = term_library::sum(self.terms, fit.hypothesis.factors(values));
+        let added = self.added(&fit.hypothesis, values);
         Some(observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, self.judgeable))
     }
 
@@ -158,7 +179,7 @@ impl<'a> Problem<'a> {
         let mut out = [1.0; 4];
         let Some(innovations) = self.innovations(fit) else { return out };
         for channel in Channel::ALL {
-            out[channel as usize] = dispersion(&innovations.channels[channel as usize]);
+            out[channel as usize] = dispersion(&innovations.channels[channel as usize], self.record.dispersion_span());
         }
         out
     }

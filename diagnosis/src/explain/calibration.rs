@@ -1,6 +1,7 @@
 //! Nominal values corrected within their tolerance: adjustments, not causes.
 
 use crate::constants;
+use crate::data::channel::Channel;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::parameter::Slot;
 use crate::outcome::Calibration;
@@ -9,19 +10,21 @@ use crate::outcome::Calibration;
 pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> {
     let h = &fit.hypothesis;
     let mut out = Vec::new();
+    let supply = &problem.record.p_sup_pa;
+    let shown_pa = supply.iter().sum::<f64>() / supply.len().max(1) as f64;
     for (place, (parameter, value)) in h.parameters.iter().zip(&h.values).enumerate() {
-        let (Slot::Nominal(key), Some(tolerance)) = (parameter.slot, parameter.tolerance) else { continue };
+        let Some(tolerance) = parameter.tolerance else { continue };
+        // Name, nominal and corrected value; a sensor's offset is told by the mean of its column.
+        let (name, nominal, corrected) = match parameter.slot {
+            Slot::Nominal(key) => (key.path, key.get(&problem.rig.rig), *value),
+            Slot::SupplySensor => (Channel::Supply.column(), shown_pa, shown_pa - value),
+            Slot::Effect(..) | Slot::Term(_) => continue,
+        };
         let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
         let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { tolerance };
         let moved = (value - parameter.neutral).abs();
         if moved > constants::calibrated_sigmas() * std_error && moved > 0.1 * tolerance {
-            out.push(Calibration {
-                name: key.path.to_string(),
-                nominal: key.get(&problem.rig.rig),
-                value: *value,
-                std_error,
-                tolerance,
-            });
+            out.push(Calibration { name: name.to_string(), nominal, value: corrected, std_error, tolerance });
         }
     }
     out

@@ -63,6 +63,12 @@ impl Hypothesis {
         })
     }
 
+    /// What the supply's sensor shows too much, Pa.
+    pub(crate) fn supply_sensor_pa(&self, values: &[f64]) -> f64 {
+        let place = self.parameters.iter().position(|p| p.slot == Slot::SupplySensor);
+        place.map_or(0.0, |place| values[place])
+    }
+
     /// The same with one more effect at the given values.
     ///
     /// An effect may change the same quantity as a nominal value. Then it takes over that value's correction, and the
@@ -80,7 +86,7 @@ impl Hypothesis {
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
             let replaced = match parameter.slot {
                 Slot::Nominal(key) => stands_for.keys().contains(&key.path),
-                Slot::Effect(..) | Slot::Term(_) => false,
+                Slot::Effect(..) | Slot::Term(_) | Slot::SupplySensor => false,
             };
             if replaced {
                 start[0] = stands_for.take_over(start[0], *value, parameter.neutral);
@@ -123,7 +129,7 @@ impl Hypothesis {
                     keys.iter().find(|(path, _)| *path == key.path).map_or(0, |(_, exponent)| *exponent)
                 }
                 Slot::Effect(other, index) => other.identification().length_exponents[index],
-                Slot::Term(_) => 0,
+                Slot::Term(_) | Slot::SupplySensor => 0,
             };
             let by = match exponent {
                 0 => 1.0,
@@ -251,7 +257,7 @@ impl Hypothesis {
         let mut slots: Vec<(Effect, [f64; 4])> = Vec::new();
         for (parameter, value) in self.parameters.iter().zip(values) {
             match parameter.slot {
-                Slot::Term(_) => {}
+                Slot::Term(_) | Slot::SupplySensor => {}
                 Slot::Nominal(key) => key.set(&mut out.rig, *value),
                 Slot::Effect(effect, index) => match slots.iter_mut().find(|(e, _)| *e == effect) {
                     Some((_, slot)) => slot[index] = *value,

@@ -12,11 +12,8 @@ const S: Channels = Channel::Supply.bit();
 
 /// The nominal values that are corrected within their tolerance, with the channels they act on.
 ///
-/// Constants of nature and geometry (gas, atmosphere, area, stroke) count as exact unless the rig file gives them a
-/// tolerance of their own: they are known far better than the default, and each is degenerate with others here.
-///
 /// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
-const CORRECTED: [(&str, Channels); 10] = [
+const CORRECTED: [(&str, Channels); 14] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
     ("valve.fill_conductance_m3_per_s_pa", A | B),
@@ -27,14 +24,32 @@ const CORRECTED: [(&str, Channels); 10] = [
     ("friction.coulomb_n", Y),
     ("friction.static_n", Y),
     ("friction.viscous_n_s_per_m", Y),
-];
-const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
-    ("gas.temperature_k", A | B),
-    ("gas.heat_capacity_ratio", A | B),
-    ("supply.pressure_pa", A | B | S),
-    ("cylinder.area_m2", A | B | Y),
     ("friction.stribeck_velocity_m_per_s", Y),
+    (TEMPERATURE, A | B),
+    (SUPPLY, A | B | S),
+    (ATMOSPHERE, A | B),
 ];
+const TEMPERATURE: &str = "gas.temperature_k";
+const SUPPLY: &str = "supply.pressure_pa";
+const ATMOSPHERE: &str = "supply.atmosphere_pa";
+
+/// Constants of nature and geometry count as exact unless the rig file gives them a tolerance of their own: they are known
+/// far better than the default, and each is degenerate with others here.
+const CORRECTED_ON_REQUEST: [(&str, Channels); 2] =
+    [("gas.heat_capacity_ratio", A | B), ("cylinder.area_m2", A | B | Y)];
+
+/// The tolerance of a value without an entry of its own. Weather is what it is; a gauge is no better than its class. A default
+/// of zero says that all values are exact, but for the setting of a regulator behind which the supply was measured.
+fn by_default(default: f64, path: &str, supply_measured: bool) -> f64 {
+    match path {
+        SUPPLY if supply_measured => default.max(constants::regulator()),
+        _ if default == 0.0 => 0.0,
+        TEMPERATURE => constants::weather_temperature(),
+        ATMOSPHERE => constants::weather_atmosphere(),
+        SUPPLY => default.max(constants::gauge()),
+        _ => default,
+    }
+}
 
 /// The nominal values to correct on this rig.
 pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
@@ -43,14 +58,21 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
         let default = CORRECTED.iter().find(|(path, _)| *path == key.path);
         let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
-            (Some((_, channels)), _, own) => (*channels, own.unwrap_or(rig.tolerance.default)),
+            (Some((_, channels)), _, own) => {
+                (*channels, own.unwrap_or_else(|| by_default(rig.tolerance.default, key.path, supply_measured)))
+            }
             (None, Some((_, channels)), Some(own)) => (*channels, own),
             _ => continue,
         };
         // With a measured supply the nominal supply pressure only predicts that channel.
-        let channels = if key.path == "supply.pressure_pa" && supply_measured { S } else { channels };
+        let channels = if key.path == SUPPLY && supply_measured { S } else { channels };
+        // Through the rod the atmosphere acts on the piston, too.
+        let rod = key.path == ATMOSPHERE && rig.rig.cylinder.area_a_m2 != rig.rig.cylinder.area_b_m2;
+        let channels = if rod { channels | Y } else { channels };
         let nominal = key.get(&rig.rig);
         let tolerance = relative * nominal.abs();
+        let flow = [TEMPERATURE, ATMOSPHERE].contains(&key.path) || key.path == SUPPLY && !supply_measured;
+        let farthest = if flow { constants::weather_farthest() } else { constants::farthest_nominal() } * tolerance;
         if tolerance > 0.0 && channels & judgeable != 0 {
             out.push(Parameter {
                 slot: Slot::Nominal(key),
@@ -58,11 +80,25 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
                 scale: tolerance.max(1.0e-4 * nominal.abs()),
                 negligible: 0.0,
                 tolerance: Some(tolerance),
-                min: (nominal - constants::farthest_nominal() * tolerance).max(0.3 * nominal),
-                max: (nominal + constants::farthest_nominal() * tolerance).min(3.0 * nominal),
+                min: (nominal - farthest).max(0.3 * nominal),
+                max: (nominal + farthest).min(3.0 * nominal),
                 channels: channels & judgeable,
             });
         }
+    }
+    if supply_measured {
+        let tolerance = constants::supply_sensor() * rig.rig.supply.pressure_pa;
+        let farthest = constants::farthest_nominal() * tolerance;
+        out.push(Parameter {
+            slot: Slot::SupplySensor,
+            neutral: 0.0,
+            scale: tolerance,
+            negligible: 0.0,
+            tolerance: Some(tolerance),
+            min: -farthest,
+            max: farthest,
+            channels: (A | B | S) & judgeable,
+        });
     }
     out
 }

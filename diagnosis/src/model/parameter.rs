@@ -9,6 +9,8 @@ use rig_files::RigKey;
 pub(crate) enum Slot {
     /// A nominal value of the rig, corrected within its tolerance.
     Nominal(&'static RigKey),
+    /// What the supply's sensor shows too much, Pa.
+    SupplySensor,
     /// A parameter of an effect.
     Effect(Effect, usize),
     /// The factor of a term outside the catalogue, by its place in the library.
@@ -21,6 +23,7 @@ impl PartialEq for Slot {
             (Self::Nominal(one), Self::Nominal(other)) => one.path == other.path,
             (Self::Effect(one, index), Self::Effect(other, other_index)) => (one, index) == (other, other_index),
             (Self::Term(one), Self::Term(other)) => one == other,
+            (Self::SupplySensor, Self::SupplySensor) => true,
             _ => false,
         }
     }

@@ -31,18 +31,24 @@ pub(crate) fn shortfall(problem: &Problem<'_>, with: &Fit, without: &Fit, effect
         return f64::INFINITY;
     }
     let relieved = without.prior_cost - with.prior_cost;
-    let needed = if relieved > penalty(effect) { penalty(effect) } else { required_gain(problem, with, effect) };
+    let small = presence(with, effect).all(|(_, p, away)| away < p.negligible);
+    let needed = if small {
+        constants::beyond_doubt() * required_gain(problem, with, effect)
+    } else if relieved > penalty(effect) {
+        penalty(effect)
+    } else {
+        required_gain(problem, with, effect)
+    };
     needed - (without.cost(problem) - with.cost(problem) - suppressed(problem, with, without, effect))
 }
 
 /// The gain in channels that are white noise already without the effect. It does not count: a model that passes on less
 /// of one sensor's noise predicts another sensor a little better.
 fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
-    let bundles = problem.noise_cost(1) / 0.5;
     let gained = |c: &Channel| without.cost_in(problem, c.bit()) - with.cost_in(problem, c.bit());
     let quiet = |c: &Channel| {
         effects::channels(effect) & problem.judgeable & c.bit() != 0
-            && without.channel_cost[*c as usize] < COST_OF_NOISE * bundles
+            && without.channel_cost[*c as usize] < COST_OF_NOISE * problem.noise_cost(c.bit()) / 0.5
             && gained(c) > 0.0
     };
     let quiet: Vec<Channel> = Channel::ALL.into_iter().filter(quiet).collect();
@@ -52,7 +58,8 @@ fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) 
     let Some(innovations) = problem.innovations(without) else { return 0.0 };
     let white = |c: &&Channel| {
         let e = &innovations.channels[**c as usize];
-        trimmed_misfit(e, 0.0) < 1.0 && dispersion(e) < constants::white_dispersion()
+        trimmed_misfit(e, problem.record.averaged(), 0.0) < 1.0
+            && dispersion(e, problem.record.dispersion_span()) < constants::white_dispersion()
     };
     quiet.iter().filter(white).map(gained).sum()
 }
@@ -70,9 +77,9 @@ fn presence(fit: &Fit, effect: Effect) -> impl Iterator<Item = (usize, &Paramete
     all.filter(move |(_, (p, _))| tells(p)).map(|(place, (p, value))| (place, p, (value - p.neutral).abs()))
 }
 
-/// Whether all parameters of an effect are too close to neutral to matter.
+/// Whether all parameters of an effect are too close to neutral to matter, whatever it gains.
 pub(crate) fn negligible(fit: &Fit, effect: Effect) -> bool {
-    presence(fit, effect).all(|(_, p, away)| away < p.negligible)
+    presence(fit, effect).all(|(_, p, away)| away < constants::hardly() * p.negligible)
 }
 
 /// Whether all parameters of an effect are within `constants::sure` standard errors of neutral.

@@ -2,7 +2,6 @@
 
 use crate::constants;
 use crate::data::channel::Channel;
-use crate::data::split;
 use crate::estimate::problem::{Fit, Problem};
 
 /// The wavelengths in m at which the odd part of the force residual is strongest; empty if the piston hardly moves.
@@ -20,7 +19,7 @@ pub(crate) fn wavelengths(problem: &Problem<'_>, fit: &Fit) -> Vec<f64> {
         return Vec::new();
     }
     let mut sums = vec![(0.0f64, 0.0f64); constants::ripple_places()];
-    for (k, e) in split::samples(&problem.stretches).zip(e) {
+    for (k, e) in record.rows_of(&problem.stretches).zip(e) {
         let v = record.motion.slope[k];
         if v.abs() > moving && !e.is_nan() {
             let y = record.y_smooth.value[k];

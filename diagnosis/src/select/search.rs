@@ -20,6 +20,8 @@ pub(crate) struct Found {
     pub(crate) ties: Vec<Vec<Effect>>,
     /// For each cause: the growth of the cost when it is removed and everything else is fitted anew.
     pub(crate) losses: Vec<f64>,
+    /// For each cause: the fit without it.
+    pub(crate) without: Vec<Option<Fit>>,
     pub(crate) tried: Vec<Tried>,
 }
 
@@ -80,6 +82,7 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
     let (best, alternatives) = nearest_to_stated(problem, best, alternatives);
     let (best, alternatives) = drop_uncertain(problem, drop_needless_parts(problem, best), alternatives);
+    let without = alternatives.iter().map(|found| found.as_ref().map(|found| found.without.clone())).collect();
     let (ties, losses) = ties(problem, &best, alternatives);
-    Some(Found { null, best, ties, losses, tried: memory.tried })
+    Some(Found { null, best, ties, losses, without, tried: memory.tried })
 }

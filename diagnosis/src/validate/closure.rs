@@ -36,14 +36,15 @@ pub(crate) fn judged(problem: &Problem<'_>) -> impl Iterator<Item = Channel> {
 /// Misfit of each balance without and with the causes, and whether it is closed.
 pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
     let dispersion = problem.dispersion_at(&found.best);
+    let averaged = problem.record.averaged();
     judged(problem)
         .map(|channel| {
             let index = channel as usize;
             let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
-            let white = COST_OF_NOISE * (settled / constants::averaged()).max(1) as f64;
+            let white = COST_OF_NOISE * (settled / averaged).max(1) as f64;
             let extended_misfit = found.best.channel_cost[index] / white;
             let slams = if channel == Channel::Position { 0.0 } else { constants::worst_left_out() };
-            let trimmed = trimmed_misfit(&innovations[1].channels[index], slams);
+            let trimmed = trimmed_misfit(&innovations[1].channels[index], averaged, slams);
             Balance {
                 channel,
                 nominal_misfit: found.null.channel_cost[index] / white,
@@ -51,7 +52,7 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
                 remaining_dispersion: dispersion[index],
                 closed: trimmed < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
                     || like_noise(
-                        trimmed_misfit(&innovations[1].channels[index], constants::worst_left_out()),
+                        trimmed_misfit(&innovations[1].channels[index], averaged, constants::worst_left_out()),
                         dispersion[index],
                     ),
                 depends_on: Vec::new(),

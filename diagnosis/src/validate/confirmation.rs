@@ -6,17 +6,17 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::PerChannel;
 use crate::select::search::Found;
 
-/// Whether the causes, as fitted, also lower the misfit of the part of the log that took no part in the fit.
-pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> bool {
+/// Whether the causes together, as fitted, lower the misfit of the part of the log that took no part in the fit, and predict it
+/// no worse. By data alone: priors know nothing of that part. True where nothing was held back.
+pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
     let held = problem.held_back();
     if held.stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
         return true;
     }
-    let cost = |fit: &Fit| held.evaluate_as_is(fit.hypothesis.clone()).map(|f| f.cost(&held));
-    match (cost(&found.null), cost(&found.best)) {
+    match (data_cost(&held, &found.null), data_cost(&held, &found.best)) {
         (Some(null), Some(best)) => {
             let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
-            best < null
+            best < null + allowance(&found.null, &found.best)
                 && predicts_no_worse(
                     problem,
                     found,
@@ -27,11 +27,42 @@ pub(crate) fn confirmed_on_hold_out(problem: &Problem<'_>, found: &Found) -> boo
     }
 }
 
+/// For each cause: whether the part held back is told better with it than without it, everything else fitted anew on the rest.
+pub(crate) fn confirmed_singly(problem: &Problem<'_>, found: &Found) -> Vec<bool> {
+    let held = problem.held_back();
+    if held.stretches.is_empty() {
+        return vec![true; found.best.hypothesis.effects.len()];
+    }
+    let Some(best) = data_cost(&held, &found.best) else { return vec![false; found.without.len()] };
+    let better = |without: &Option<Fit>| {
+        without.as_ref().is_none_or(|without| {
+            data_cost(&held, without).is_some_and(|cost| best < cost + allowance(without, &found.best))
+        })
+    };
+    found.without.iter().map(better).collect()
+}
+
+/// By how much the part held back may be told worse with a cause than without it. A cause for which several nominal values
+/// would otherwise have to be far off, all at once, need not show in data beside them: it must not be refuted by them.
+fn allowance(without: &Fit, with: &Fit) -> f64 {
+    if without.prior_cost - with.prior_cost > constants::penalty_per_cause() { constants::likelier() } else { 0.0 }
+}
+
+/// Minus the log-likelihood of a fit on some data, without priors.
+fn data_cost(on: &Problem<'_>, fit: &Fit) -> Option<f64> {
+    let fit = on.evaluate_as_is(fit.hypothesis.clone())?;
+    Some(fit.cost_in(on, on.judgeable))
+}
+
 /// Whether the squared errors of the whole model, restarted on the part held back, grow by less than the factor
 /// `growth` when the causes are added. They grow more with causes that only fit noise of a balance.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
-    let extended = |fit: &Fit| fit.hypothesis.rig(problem.rig, &fit.hypothesis.values);
-    let models = hold_out::Comparison::new(problem.record, &extended(&found.null), &extended(&found.best));
+    let extended = |fit: &Fit| {
+        let (h, values) = (&fit.hypothesis, &fit.hypothesis.values);
+        (h.rig(problem.rig, values), h.supply_sensor_pa(values))
+    };
+    let [(null, by_null), (best, by_best)] = [extended(&found.null), extended(&found.best)];
+    let models = hold_out::Comparison::new(problem.record, (&null, by_null), (&best, by_best));
     let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
     let error = |of: &PerChannel| of.over(&gain.holdout.noise_floor).map(|ratio| ratio.powi(2)).sum::<f64>();
     error(&gain.holdout.extended_rmse) < growth * error(&gain.holdout.baseline_rmse)

@@ -27,12 +27,16 @@ pub(crate) struct Comparison<'a> {
 
 impl<'a> Comparison<'a> {
     /// `None` if the log does not hold what a full prediction needs.
-    pub(crate) fn new(record: &'a Record, nominal: &RigFile, extended: &RigFile) -> Option<Self> {
+    ///
+    /// Each model is a rig with what the supply's sensor shows too much, Pa.
+    pub(crate) fn new(record: &'a Record, nominal: (&RigFile, f64), extended: (&RigFile, f64)) -> Option<Self> {
         let has = record.available;
         if !(has.command && has.pressure_a && has.pressure_b) {
             return None;
         }
-        let model = |file: &RigFile| Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?));
+        let model = |(file, sensor_pa): (&RigFile, f64)| {
+            Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?, sensor_pa))
+        };
         Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
     }
 
@@ -44,24 +48,25 @@ impl<'a> Comparison<'a> {
         // A fixed seed: the floor of a log is always the same.
         let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
         for stretch in record.stretches.iter().filter(|s| s.held_back) {
-            for (start, end) in windows(record, stretch, horizon_s) {
-                let run_in = run_in(record, stretch, start);
+            for [run_in, start, end] in windows(record, stretch, horizon_s) {
                 let history = Commands { record, until: run_in };
                 let predictions =
                     [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
                 let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[run_in..end].to_vec() };
+                let rows = record.rows_in(start..end);
                 // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors'
                 // noise, and by what noise and smoothing leave unknown about the initial state. Where the piston sticks,
                 // chance decides much of that.
                 for _ in 0..constants::noise_floor_draws() {
                     let perfect = as_if(record, extended, &history, run_in..end, &mut noise);
                     let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
-                    for (k, predicted) in own.iter().enumerate() {
-                        let at = start - run_in + k;
-                        errors[2].add(&[perfect.y_m[at], perfect.p_a_pa[at], perfect.p_b_pa[at]], predicted);
+                    for row in rows {
+                        let at = row - run_in;
+                        errors[2].add(&[perfect.y_m[at], perfect.p_a_pa[at], perfect.p_b_pa[at]], &own[row - start]);
                     }
                 }
-                for (k, at) in (start..end).enumerate() {
+                for &at in rows {
+                    let k = at - start;
                     let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
                     errors[0].add(&measured, &predictions[0][k]);
                     errors[1].add(&measured, &predictions[1][k]);
@@ -82,15 +87,17 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Starts and ends of predictions within a stretch, none of them touching an end stop.
-fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<(usize, usize)> {
+/// Where predictions within a stretch run in, begin and end, all of them in rows and none touching an end stop.
+fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 3]> {
     let interval = record.quality.interval_s.max(1.0e-6);
     let (run_in, length) = ((constants::run_in_s() / interval) as usize, (horizon_s / interval) as usize);
+    let rows = record.rows_in(stretch.range());
     let mut out = Vec::new();
-    let mut start = stretch.start + run_in;
-    while start + length <= stretch.end && length > 1 {
-        if !record.at_end[start - run_in..start + length].iter().any(|at_end| *at_end) {
-            out.push((start, start + length));
+    let mut start = run_in;
+    while start + length <= rows.len() && length > 1 {
+        let (from, end) = (rows[start - run_in], rows[start + length - 1] + 1);
+        if !record.at_end[from..end].iter().any(|at_end| *at_end) {
+            out.push([from, rows[start], end]);
         }
         start += length;
     }
@@ -104,9 +111,9 @@ struct Model {
 }
 
 impl Model {
-    fn new(record: &Record, plant: Plant<f64>) -> Self {
+    fn new(record: &Record, plant: Plant<f64>, supply_sensor_pa: f64) -> Self {
         let openings = valve::openings(record, &plant);
-        let supply_pa = supply::pressures(record, &plant, &openings).at_valve;
+        let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
         Self { plant, supply_pa }
     }
 }
@@ -130,12 +137,6 @@ impl Commands<'_> {
     }
 }
 
-/// Where to begin so that the spool has run in at `start`.
-fn run_in(record: &Record, stretch: &Stretch, start: usize) -> usize {
-    let interval = record.quality.interval_s.max(1.0e-6);
-    start - ((constants::run_in_s() / interval) as usize).min(start - stretch.start)
-}
-
 /// The recording that the sensors would have made, noise included, if the model were the rig.
 fn as_if(
     record: &Record,
@@ -147,14 +148,23 @@ fn as_if(
     let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
     let q = &record.quality;
     let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
+    let mut unknown_v = 0.0;
     for k in range.clone() {
         let m = simulator.measure();
         let sigmas = [&q.position, &q.pressure_a, &q.pressure_b].map(|channel| channel.standard_deviation);
-        for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
-            let deviate: f64 = StandardNormal.sample(noise);
-            signal.push(value + deviate * sigma);
+        if record.is_row(k) {
+            for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
+                let deviate: f64 = StandardNormal.sample(noise);
+                signal.push(value + deviate * sigma);
+            }
         }
-        simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
+        // What the true command was between rows, nobody knows.
+        if let Some(doubt_v) = record.command_doubt_v.get(k).filter(|_| record.is_row(k)) {
+            let deviate: f64 = StandardNormal.sample(noise);
+            unknown_v = deviate * doubt_v;
+        }
+        let inputs = inputs(record, model, k);
+        simulator.advance_with(&Inputs { u_v: inputs.u_v + unknown_v, ..inputs }, record.interval_s(k));
     }
     prepare::replaced(record, range, signals)
 }

@@ -1,7 +1,7 @@
 //! Which causes are named and which are leads, and the verdict.
 
 use super::closure::{closed_cost, like_noise};
-use super::confirmation::confirmed_on_hold_out;
+use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
 use crate::constants;
 use crate::data::channel::Channels;
@@ -44,15 +44,17 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let few = all.iter().filter(|c| c.share >= constants::trifle()).count() <= constants::most_named();
     let trifles = all.len() > constants::most_named();
     let most = explains_most(found, balances);
-    let held = explains_excess(problem, found, balances) && confirmed_on_hold_out(problem, found);
+    let held = explains_excess(problem, found, balances) && confirmed_together(problem, found);
+    let singly = confirmed_singly(problem, found);
     let confirmed = few && most && held;
     let superseded = superseded(problem, found);
     let mut causes = Vec::new();
     let mut leads = Vec::new();
-    for (cause, effect) in all.into_iter().zip(&found.best.hypothesis.effects) {
+    for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
         let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
-        let trifle = trifles && cause.share < constants::trifle();
+        let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
+        let confirmed = confirmed && singly.get(place).is_none_or(|confirmed| *confirmed);
         let closed = effects::channels(*effect) & open == 0;
         if closed && confirmed && stands && !trifle && !superseded.contains(effect) {
             causes.push(cause);

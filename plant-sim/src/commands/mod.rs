@@ -7,6 +7,7 @@ macro_rules! say {
 
 pub(crate) mod blind;
 pub(crate) mod board;
+pub(crate) mod check;
 pub(crate) mod controller;
 pub(crate) mod diagnose;
 pub(crate) mod experiment;

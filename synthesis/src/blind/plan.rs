@@ -8,7 +8,7 @@ use crate::law::Law;
 use crate::sequences::Family;
 use crate::strength;
 use crate::varied::varied_rig;
-use plant_model::Effect;
+use plant_model::{Effect, Rig};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -35,12 +35,35 @@ pub enum Class {
     Partial,
     /// An experiment that shows little, with one effect or none.
     Poor,
+    /// A logger that keeps every second, fifth or tenth row of a controller at 1 kHz; one effect or none.
+    Decimated,
+    /// A controller, and its log, at 200, 100 or 50 Hz; one effect or none.
+    Slow,
+    /// Supply, temperature and atmosphere off by what gauges and weather allow, the supply measured; one effect or none.
+    Weather,
+    /// A position sensor that reads no farther than a part of the way; one effect or none.
+    Clipped,
+    /// One effect far below everyday strength that is still plain in the log.
+    Slight,
 }
 
 impl Class {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 8] =
-        [Self::Single, Self::Weak, Self::Pairs, Self::Triples, Self::Null, Self::Unknown, Self::Partial, Self::Poor];
+    pub const ALL: [Self; 13] = [
+        Self::Single,
+        Self::Weak,
+        Self::Pairs,
+        Self::Triples,
+        Self::Null,
+        Self::Unknown,
+        Self::Partial,
+        Self::Poor,
+        Self::Decimated,
+        Self::Slow,
+        Self::Weather,
+        Self::Clipped,
+        Self::Slight,
+    ];
 
     /// Word on the command line and in tables.
     #[must_use]
@@ -54,6 +77,11 @@ impl Class {
             Self::Unknown => "unknown",
             Self::Partial => "partial",
             Self::Poor => "poor",
+            Self::Decimated => "decimated",
+            Self::Slow => "slow",
+            Self::Weather => "weather",
+            Self::Clipped => "clipped",
+            Self::Slight => "slight",
         }
     }
 }
@@ -164,9 +192,24 @@ impl Class {
                 let weak = Effect::ALL.into_iter().filter(|effect| strength::scales_to_neutral(*effect));
                 weak.map(Which::Catalogue).collect()
             }
+            Self::Slight => [Effect::ValveDeadZone, Effect::ValveLag].map(Which::Catalogue).to_vec(),
             _ => Effect::ALL.into_iter().map(Which::Catalogue).collect(),
         }
     }
+}
+
+/// An effect far below everyday strength: a null offset of 8 to 15 mV, or a lag of 0.6 to 1 ms.
+fn slight(which: Which, rig: &Rig<f64>, rng: &mut Xoshiro256PlusPlus) -> Cause {
+    let mut cause = which.neutral(rig);
+    if let Cause::Catalogue(effect, values) = &mut cause {
+        if *effect == Effect::ValveDeadZone {
+            let shift = rng.random_range(0.008..0.015) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            values[..2].iter_mut().for_each(|edge| *edge += shift);
+        } else {
+            values[0] = rng.random_range(0.6e-3..1.0e-3);
+        }
+    }
+    cause
 }
 
 impl Plan {
@@ -180,7 +223,7 @@ impl Plan {
             Class::Null => 0,
             Class::Pairs => 2,
             Class::Triples => 3,
-            Class::Poor if rng.random_bool(0.5) => 0,
+            Class::Poor | Class::Decimated | Class::Slow | Class::Weather | Class::Clipped if rng.random_bool(0.5) => 0,
             _ => 1,
         };
         let pool = self.class.singles();
@@ -210,10 +253,21 @@ impl Plan {
         let relative = self.nominal.relative();
         let stated = if rng.random_bool(0.5) { Stated::Everywhere } else { Stated::UncertainKeys };
         rig_file.tolerance = stated(relative).tolerance();
-        let truth = true_rig(&rig_file.rig, relative, &mut rng);
+        let mut truth = true_rig(&rig_file.rig, relative, &mut rng);
+        if self.class == Class::Weather {
+            // A file that calls all values exact would not be honest.
+            rig_file.tolerance.default = rig_file.tolerance.default.max(0.005);
+            truth.supply.pressure_pa *= 1.0 + rng.random_range(-0.02..0.02);
+            truth.gas.temperature_k += rng.random_range(-10.0..10.0);
+            truth.supply.atmosphere_pa += rng.random_range(-2.0e3..2.0e3);
+        }
 
         let strength = if self.class == Class::Weak { 0.25 } else { 1.0 };
-        let causes: Vec<Cause> = which.iter().map(|which| strength::draw(*which, &truth, strength, &mut rng)).collect();
+        let causes: Vec<Cause> = if self.class == Class::Slight {
+            which.iter().map(|which| slight(*which, &truth, &mut rng)).collect()
+        } else {
+            which.iter().map(|which| strength::draw(*which, &truth, strength, &mut rng)).collect()
+        };
 
         let family = if self.class == Class::Poor { Family::POOR } else { Family::GOOD };
         let family = family[rng.random_range(0..3)];
@@ -241,8 +295,15 @@ impl Plan {
             chain.blanks_per_s = rng.random_range(0.05..0.2);
         }
         // A supply that pulsates is only outside the catalogue while nobody records it.
-        if rng.random_bool(0.5) && !which.contains(&Which::Foreign(Foreign::SupplyPulsation)) {
+        let pulsates = which.contains(&Which::Foreign(Foreign::SupplyPulsation));
+        if rng.random_bool(0.5) && !pulsates || self.class == Class::Weather {
             chain.columns.push(Column::PSup);
+        }
+        match self.class {
+            Class::Decimated => chain.logged_every = [2, 5, 10][rng.random_range(0..3)],
+            Class::Slow => chain.period_s = [5.0e-3, 10.0e-3, 20.0e-3][rng.random_range(0..3)],
+            Class::Clipped => chain.clipped_above = Some(rng.random_range(0.75..0.95)),
+            _ => {}
         }
         if self.class == Class::Partial {
             let missing: &[Column] = match rng.random_range(0..5) {

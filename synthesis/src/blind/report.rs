@@ -114,7 +114,7 @@ fn silence(text: &mut String, entries: &[Entry]) -> std::fmt::Result {
     writeln!(
         text,
         "*Right*: `no-gap` for a null log; `unexplained` or `partly-explained` for an effect that has no name. *Overlooked*: \
-         `no-gap` where there is one. *Wrong*: a claim on a null log; `explained` by a name that is not the cause.\n"
+         `no-gap` where there is one. *Wrong*: a claim on a null log; a name, whatever the verdict, that is not the cause.\n"
     )?;
     writeln!(text, "| class | nominal | cases | right | overlooked | wrong | failed |")?;
     writeln!(text, "| --- | --- | ---: | ---: | ---: | ---: | ---: |")?;
@@ -128,7 +128,7 @@ fn silence(text: &mut String, entries: &[Entry]) -> std::fmt::Result {
             tally.len(),
             percent(tally.rate(&[Outcome::Quiet, Outcome::Rejected])),
             tally.rate(&[Outcome::Overlooked]).hits,
-            percent(tally.rate(&[Outcome::FalseAlarm, Outcome::Seduced])),
+            percent(tally.rate(&[Outcome::FalseAlarm, Outcome::Seduced, Outcome::Misnamed])),
             tally.failed()
         )?;
     }

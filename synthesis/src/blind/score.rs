@@ -183,6 +183,8 @@ fn outcome(hidden: &[Cause], answer: &Answer) -> Outcome {
         return match answer.verdict {
             Verdict::Explained => Outcome::Seduced,
             Verdict::NoGap => Outcome::Overlooked,
+            // Whatever is named beside it is not there.
+            Verdict::PartlyExplained | Verdict::Unexplained if !answer.causes.is_empty() => Outcome::Misnamed,
             Verdict::PartlyExplained | Verdict::Unexplained => Outcome::Rejected,
         };
     }

@@ -1,0 +1,110 @@
+//! What single columns lose: values that stand still, readings at a limit, rows too far apart, a piston that hardly moves.
+
+use super::{Flaw, Weight};
+use crate::balances::piston;
+use crate::constants;
+use crate::data::record::Record;
+use core::ops::Range;
+use rig_files::{Column, Log, RigFile};
+
+fn loss(problem: String, remedy: &str) -> Flaw {
+    Flaw { weight: Weight::Loss, problem, remedy: remedy.to_string() }
+}
+
+/// What is lost, column by column.
+pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
+    let mut out = Vec::new();
+    for column in [Column::Y, Column::PA, Column::PB, Column::PSup] {
+        let Some(values) = log.column(column) else { continue };
+        let name = column.name();
+        let frozen = frozen(values);
+        let frozen_s = if frozen.is_empty() { 0.0 } else { log.t_s[frozen.end - 1] - log.t_s[frozen.start] };
+        if frozen_s > constants::frozen_s() && others_change(log, column, &frozen) {
+            out.push(loss(
+                format!("{name} does not change for {frozen_s:.1} s while other columns do"),
+                "check the sensor and the logger's channel: a live sensor has noise",
+            ));
+        }
+        let at_limit = at_limit(values);
+        if at_limit > constants::clipped_part() {
+            out.push(loss(
+                format!(
+                    "{name} reads its highest or lowest value in {:.0} % of the rows: its range ends there",
+                    100.0 * at_limit
+                ),
+                "those rows are not judged; widen the sensor's or the logger's range",
+            ));
+        }
+    }
+    let interval_s = rows.quality.interval_s;
+    if interval_s > constants::close_rows() {
+        out.push(loss(
+            format!(
+                "rows come every {:.1} ms: what happens between them, like lags and delays of a few ms, shows less",
+                interval_s * 1e3
+            ),
+            "record at 1 kHz if such effects matter",
+        ));
+    }
+    if rows.quality.jitter > constants::uneven_rows() {
+        out.push(loss(
+            format!("the time between rows varies by {:.0} %", 100.0 * rows.quality.jitter),
+            "nothing, if t_s is the time of sampling; if it is that of writing, record with a steady clock",
+        ));
+    }
+    if rows.stretches.iter().all(|s| !s.held_back) {
+        out.push(loss(
+            "the log is too short to hold a part back: what is found cannot be confirmed on data that took no part in it".into(),
+            "record 10 s or more",
+        ));
+    }
+    if !piston::moves(rows) {
+        out.push(loss(
+            "the piston hardly moves: mechanics are not judged".into(),
+            "record strokes both ways, best the sequence of `plant-sim experiment`",
+        ));
+    }
+    if let Some(u) = log.column(Column::U) {
+        let most = rig.rig.valve.max_voltage_v;
+        let (low, high) =
+            u.iter().filter(|u| u.is_finite()).fold((f64::MAX, f64::MIN), |(a, b), u| (a.min(*u), b.max(*u)));
+        if high - low < constants::least_command() * most {
+            out.push(loss(
+                format!("the command stays between {low:.2} and {high:.2} V: little of the valve is seen"),
+                "record with larger steps, best the sequence of `plant-sim experiment`",
+            ));
+        }
+    }
+    out
+}
+
+/// The longest run of rows in which a column keeps one value.
+fn frozen(values: &[f64]) -> Range<usize> {
+    let (mut longest, mut start) = (0..0, 0);
+    for k in 0..values.len() {
+        if values[k] != values[start] {
+            start = k;
+        }
+        if k + 1 - start > longest.len() {
+            longest = start..k + 1;
+        }
+    }
+    longest
+}
+
+/// Whether another column changes from row to row meanwhile, as live sensors do.
+fn others_change(log: &Log, column: Column, meanwhile: &Range<usize>) -> bool {
+    let others = [Column::Y, Column::PA, Column::PB].into_iter().filter(|other| *other != column);
+    others.filter_map(|other| log.column(other)).any(|values| {
+        let changes = values[meanwhile.clone()].windows(2).filter(|pair| pair[0] != pair[1]).count();
+        changes * 2 > meanwhile.len()
+    })
+}
+
+/// The part of the rows that read the lowest or the highest value of the column, where noise would change it.
+fn at_limit(values: &[f64]) -> f64 {
+    let finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    let (low, high) = finite.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
+    let extreme = |limit: f64| finite.iter().filter(|x| **x == limit).count();
+    if low >= high { 0.0 } else { extreme(low).max(extreme(high)) as f64 / finite.len() as f64 }
+}

@@ -1,0 +1,224 @@
+//! Mistakes made when a logger's columns were mapped: units, signs, zeros, sides. A unit shows in the size of the numbers. All
+//! others show in how badly the rig as stated predicts the log, and how well it does once the mistake is undone.
+
+use super::{Flaw, Weight};
+use crate::balances::observers;
+use crate::balances::shared::Signals;
+use crate::constants;
+use crate::data::channel::Channel;
+use crate::data::grid::{Between, refined};
+use crate::data::prepare::prepare;
+use crate::data::split::Stretch;
+use crate::estimate::likelihood::{COST_OF_NOISE, loss};
+use plant_model::Plant;
+use rig_files::{Column, Log, RigFile};
+
+/// A mistake, and the log without it.
+struct Mistake {
+    problem: String,
+    remedy: String,
+    undone: Log,
+}
+
+/// What contradicts the rig or itself.
+pub(crate) fn contradictions(rig: &RigFile, log: &Log) -> Vec<Flaw> {
+    let units = units(rig, log);
+    if units.is_empty() { misread(rig, log).into_iter().collect() } else { units }
+}
+
+fn contradiction(problem: String, remedy: String) -> Flaw {
+    Flaw { weight: Weight::Contradiction, problem, remedy }
+}
+
+/// The smallest and largest reading.
+fn extent(values: &[f64]) -> Option<(f64, f64)> {
+    let finite = values.iter().copied().filter(|x| x.is_finite());
+    finite.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)))
+}
+
+/// Numbers of another order of magnitude than the rig allows.
+fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
+    let (mut out, r) = (Vec::new(), &rig.rig);
+    let far = constants::unit_factor();
+    if let Some((low, high)) = extent(&log.y_m)
+        && high - low > far * r.cylinder.stroke_m
+    {
+        out.push(contradiction(
+            format!("y_m runs over {:.4} m, {:.0} strokes", high - low, (high - low) / r.cylinder.stroke_m),
+            "give y_m in metres: divide millimetres by 1000 in the mapping".into(),
+        ));
+    }
+    // A sensor of a somewhat other scale reads a little beyond the stroke; no sensor reads far beyond it.
+    let half = 0.5 * r.cylinder.stroke_m;
+    if let Some((low, high)) = extent(&log.y_m)
+        && out.is_empty()
+        && (low < -half - constants::beyond_stroke() * half || high > half + constants::beyond_stroke() * half)
+    {
+        out.push(contradiction(
+            format!(
+                "y_m runs from {low:.4} to {high:.4} m, but the stroke allows ±{half} m: it seems to start at an end of the stroke"
+            ),
+            "give y_m from mid-stroke: correct what is added in the mapping, or the stroke in the rig file".into(),
+        ));
+    }
+    for column in [Column::PA, Column::PB, Column::PSup] {
+        let Some((_, high)) = log.column(column).and_then(extent) else { continue };
+        let name = column.name();
+        if high < r.supply.atmosphere_pa / far {
+            out.push(contradiction(
+                format!("{name} never exceeds {high:.4} Pa, far below atmosphere"),
+                format!("give {name} in Pa, absolute: 1 bar is 1e5 Pa, 1 kPa 1e3 Pa, 1 MPa 1e6 Pa"),
+            ));
+        } else if high > far * r.supply.pressure_pa {
+            out.push(contradiction(
+                format!("{name} rises to {high:.3e} Pa, {:.0} times the supply", high / r.supply.pressure_pa),
+                format!("give {name} in Pa, absolute: correct its factor in the mapping"),
+            ));
+        }
+    }
+    if let Some((low, high)) = log.column(Column::U).and_then(extent)
+        && low.abs().max(high.abs()) > far * r.valve.max_voltage_v
+    {
+        out.push(contradiction(
+            format!("u_v runs from {low:.1} to {high:.1} V, but the valve takes ±{} V", r.valve.max_voltage_v),
+            "give u_v in volts: divide millivolts by 1000 in the mapping".into(),
+        ));
+    }
+    let period_s = log.period_s();
+    if period_s > constants::slowest_rows() {
+        out.push(contradiction(
+            format!("rows come every {period_s} s: between two of them a stroke is over"),
+            "give t_s in seconds (divide milliseconds by 1000), or record at 50 Hz or more".into(),
+        ));
+    }
+    out
+}
+
+/// The mistake that, undone, makes the rig as stated predict the log by far better; `None` if there is none.
+fn misread(rig: &RigFile, log: &Log) -> Option<Flaw> {
+    let part = excerpt(log);
+    let (as_is, judged) = misfit(rig, &part)?;
+    if as_is < constants::suspect() {
+        return None;
+    }
+    let undone = mistakes(rig, log, &part).into_iter().filter_map(|mistake| {
+        let (misfit, count) = misfit(rig, &mistake.undone)?;
+        // A log read so that little of it can be judged is not understood better.
+        (count * 2 > judged).then_some((misfit, mistake))
+    });
+    let (best, mistake) = undone.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best < constants::undone() * as_is).then(|| {
+        let times = as_is / best;
+        contradiction(
+            format!("{}; so read, the rig predicts the log {times:.0} times better", mistake.problem),
+            mistake.remedy,
+        )
+    })
+}
+
+/// The first part of a log, long enough to see motion both ways.
+fn excerpt(log: &Log) -> Log {
+    let until = log.t_s.first().map_or(0.0, |t| t + constants::excerpt_s());
+    let count = log.t_s.partition_point(|t| *t < until);
+    let mut out = Log { t_s: log.t_s[..count].to_vec(), ..Log::default() };
+    for column in Column::ALL {
+        if let Some(values) = log.column(column) {
+            out.set(column, Some(values[..count].to_vec()));
+        }
+    }
+    out
+}
+
+fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
+    let (mut out, r) = (Vec::new(), &rig.rig);
+    let with = |changes: &[(Column, f64, f64)]| {
+        let mut undone = part.clone();
+        for (column, factor, added) in changes {
+            if let Some(values) = part.column(*column) {
+                undone.set(*column, Some(values.iter().map(|x| factor * x + added).collect()));
+            }
+        }
+        undone
+    };
+    let mut add = |problem: &str, remedy: String, undone: Log| {
+        out.push(Mistake { problem: problem.to_string(), remedy, undone });
+    };
+    let half = 0.5 * r.cylinder.stroke_m;
+    add(
+        "y_m seems reversed",
+        "give y_m another sign in the mapping: it grows as chamber A does".into(),
+        with(&[(Column::Y, -1.0, 0.0)]),
+    );
+    for zero in [-half, half] {
+        add(
+            "y_m seems to start at an end of the stroke",
+            format!("give y_m from mid-stroke: add {:.4} in the mapping", -half),
+            with(&[(Column::Y, if zero < 0.0 { 1.0 } else { -1.0 }, zero)]),
+        );
+    }
+    let atmosphere = r.supply.atmosphere_pa;
+    let chambers = [(Column::PA, 1.0, atmosphere), (Column::PB, 1.0, atmosphere)];
+    let supply = (Column::PSup, 1.0, atmosphere);
+    let gauge = |columns: &str| {
+        (format!("{columns} seem to be gauge pressures"), format!("add {atmosphere} Pa to {columns} in the mapping"))
+    };
+    let (problem, remedy) = gauge("the chamber pressures");
+    add(&problem, remedy, with(&chambers));
+    if log.column(Column::PSup).is_some() {
+        let (problem, remedy) = gauge("p_sup_pa");
+        add(&problem, remedy, with(&[supply]));
+        let (problem, remedy) = gauge("all pressures");
+        add(&problem, remedy, with(&[chambers[0], chambers[1], supply]));
+    }
+    if let Some((low, high)) = log.column(Column::U).and_then(extent) {
+        let most = r.valve.max_voltage_v;
+        add(
+            "u_v seems reversed",
+            "give u_v another sign in the mapping: positive fills chamber A".into(),
+            with(&[(Column::U, -1.0, 0.0)]),
+        );
+        // A command of one sign only, as 0 to 10 V is.
+        if low > -0.1 * most {
+            for middle in [5.0, most] {
+                let factor = most / middle;
+                if high <= 2.2 * middle {
+                    add(
+                        &format!("u_v seems to be 0 to {} V", 2.0 * middle),
+                        format!("give u_v about mid position: subtract {middle} in the mapping, then times {factor}"),
+                        with(&[(Column::U, factor, -factor * middle)]),
+                    );
+                }
+            }
+        }
+    }
+    if let (Some(a), Some(b)) = (part.column(Column::PA), part.column(Column::PB)) {
+        let mut undone = part.clone();
+        undone.set(Column::PA, Some(b.to_vec()));
+        undone.set(Column::PB, Some(a.to_vec()));
+        add(
+            "p_a_pa and p_b_pa seem exchanged",
+            "exchange their columns in the mapping: a positive command fills A".into(),
+            undone,
+        );
+    }
+    out
+}
+
+/// Mean cost of the rig as stated over that of noise, summed over the balances, and how many innovations were judged.
+fn misfit(rig: &RigFile, log: &Log) -> Option<(f64, usize)> {
+    let plant = Plant::new(&rig.rig, &rig.effects).ok()?;
+    let record = refined(prepare(log, rig), Between::Held);
+    let judgeable = observers::judgeable(&record) & !Channel::Supply.bit();
+    let stretches: Vec<Stretch> = record.stretches.clone();
+    let errors =
+        observers::innovations(&record, &Signals::default(), &plant, &Default::default(), &stretches, judgeable);
+    let (mut sum, mut count) = (0.0, 0);
+    for channel in errors.channels {
+        let judged: Vec<f64> = channel.into_iter().filter(|e| !e.is_nan() && *e != 0.0).collect();
+        if !judged.is_empty() {
+            sum += judged.iter().map(|e| loss(*e)).sum::<f64>() / (COST_OF_NOISE * judged.len() as f64);
+            count += judged.len();
+        }
+    }
+    (count > 0).then_some((sum, count))
+}

@@ -1,0 +1,66 @@
+//! Whether the log's command was held between rows, or moved on: by likelihood.
+
+use super::problem::{Fit, Problem};
+use crate::balances::between;
+use crate::balances::shared::Signals;
+use crate::constants;
+use crate::data::channel::{Channel, Channels};
+use crate::data::grid::{Between, refined};
+use crate::data::record::Record;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Parameter;
+use plant_model::Plant;
+use rayon::prelude::*;
+use rig_files::RigFile;
+use std::sync::OnceLock;
+
+/// How often the controller acts from one row to the next: once in a while, many times, or all the time.
+const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
+
+/// The record of some rows in steps, with the command held between rows unless the chambers' pressures are plainly likelier,
+/// by as much as a cause must gain, if it moved. The hypothesis is fitted to a part of the record, beginning where it is.
+pub(crate) fn likelier(
+    rig: &RigFile,
+    plant: &Plant<f64>,
+    rows: Record,
+    judgeable: Channels,
+    nominal: &[Parameter],
+    hypothesis: &Hypothesis,
+) -> Record {
+    let air = judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit());
+    let cost = |record: &Record| -> Option<(f64, f64)> {
+        let signals = Signals::default();
+        let stretches = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
+        let problem = Problem {
+            rig,
+            record,
+            stretches,
+            judgeable: air,
+            nominal,
+            signals: &signals,
+            terms: &[],
+            dispersion: [1.0; 4],
+            judged: OnceLock::new(),
+        };
+        let (subset, _) = problem.subset();
+        let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
+        let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;
+        Some((fit.undispersed() + widths, subset.noise_cost(air)))
+    };
+    let held = refined(rows.clone(), Between::Held);
+    if air == 0 || rows.quality.interval_s < constants::close_rows() {
+        return held;
+    }
+    let Some((if_held, noise)) = cost(&held) else { return held };
+    let late_s = PER_ROW.map(|times| 0.5 * rows.quality.interval_s / times);
+    let moved = late_s.into_par_iter().filter_map(|late_s| {
+        let mut record = refined(rows.clone(), Between::Moved { late_s });
+        between::doubts(&mut record, plant);
+        Some((cost(&record)?.0, record))
+    });
+    let least = constants::penalty_per_cause().max(constants::share_of_noise() * noise);
+    match moved.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((if_moved, record)) if if_moved + least < if_held => record,
+        _ => held,
+    }
+}

@@ -1,0 +1,193 @@
+//! Recordings as they are: slow loops, loggers that keep few rows, weather, clipped sensors, columns mapped wrongly. Each is a
+//! class of logs from the independent simulator.
+
+use diagnosis::{Diagnosis, DiagnosisError, Weight, check, diagnose};
+use rig_files::{Column, Log, RigFile, Verdict};
+use std::cell::Cell;
+use synthesis::blind::{Answer, Class, Named, Nominal, Outcome, Plan, plans, score};
+
+const SEED: u64 = 20_261_122;
+
+/// `.ci/run` asks for everything.
+fn everything() -> bool {
+    std::env::var_os("POSITIONER_TESTS").is_some_and(|which| which == "all")
+}
+
+fn answer(diagnosis: &Diagnosis) -> Answer {
+    let named = diagnosis.causes.iter().map(|c| Named { id: c.id.clone(), parameters: vec![], ties: c.ties.clone() });
+    Answer { causes: named.collect(), ..Answer::silent(diagnosis.verdict) }
+}
+
+/// Diagnoses cases of a class: no name may be wrong, and at most one case in ten may stay without its right answer.
+fn stands(class: Class) {
+    // Of slight deviations some do not show in some experiments.
+    let silent_of_ten = if class == Class::Slight { 4 } else { 1 };
+    let count = if everything() { 10 } else { 1 };
+    let mut silent = Vec::new();
+    for nominal in Nominal::ALL {
+        for plan in plans(class, nominal, count, SEED) {
+            let case = plan.draw();
+            let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+            let outcome = score(&case.causes, &answer(&found)).outcome;
+            let hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
+            let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+            assert!(!outcome.is_wrong(), "{plan}: hidden {hidden:?}, named {named:?}, {:?}", found.verdict);
+            if !matches!(outcome, Outcome::Exact | Outcome::Tied | Outcome::Quiet) {
+                silent.push(format!("{plan}: hidden {hidden:?}, {:?}", found.verdict));
+            }
+        }
+    }
+    assert!(silent.len() * 10 <= 2 * count * silent_of_ten, "{silent:#?}");
+}
+
+#[test]
+fn a_logger_that_keeps_every_second_fifth_or_tenth_row_of_a_fast_loop_changes_no_answer() {
+    stands(Class::Decimated);
+}
+
+#[test]
+fn loops_of_200_100_and_50_hz_are_diagnosed_from_their_own_rows() {
+    stands(Class::Slow);
+}
+
+#[test]
+fn what_weather_and_gauges_allow_is_calibration_and_hides_no_cause() {
+    stands(Class::Weather);
+}
+
+#[test]
+fn a_position_that_ends_at_its_sensors_limit_is_not_judged_there() {
+    stands(Class::Clipped);
+}
+
+#[test]
+fn small_but_plain_deviations_are_found() {
+    stands(Class::Slight);
+}
+
+/// A log without a hidden effect, with its rig.
+fn null(which: usize) -> (Plan, RigFile, Log) {
+    let plan = plans(Class::Null, Nominal::TwoPercent, which + 1, SEED)[which];
+    let case = plan.draw();
+    let log = case.record().0;
+    (plan, case.rig_file, log)
+}
+
+fn every(log: &Log, kept: usize) -> Log {
+    let pick = |values: &[f64]| values.iter().copied().step_by(kept).collect::<Vec<_>>();
+    let mut out = Log { t_s: pick(&log.t_s), ..Log::default() };
+    for column in Column::ALL {
+        out.set(column, log.column(column).map(pick));
+    }
+    out
+}
+
+#[test]
+fn a_thinned_log_without_a_gap_has_none() {
+    for which in 0..if everything() { 4 } else { 1 } {
+        let (plan, rig, log) = null(which);
+        for kept in [2, 5, 10] {
+            let found = diagnose(&rig, &every(&log, kept), &|_| {}).expect("a full log");
+            assert_eq!(found.verdict, Verdict::NoGap, "{plan}, every {kept}: {:?}", found.leads);
+        }
+    }
+}
+
+/// What a mapping can get wrong: how, and a word of what must be said.
+fn mistakes(rig: &RigFile) -> Vec<(Column, Box<dyn Fn(f64) -> f64>, &'static str)> {
+    let half = 0.5 * rig.rig.cylinder.stroke_m;
+    let most = rig.rig.valve.max_voltage_v;
+    vec![
+        (Column::Y, Box::new(|y| -y), "reversed"),
+        (Column::Y, Box::new(move |y| y + half), "end of the stroke"),
+        (Column::Y, Box::new(|y| 1000.0 * y), "metres"),
+        (Column::U, Box::new(|u| -u), "reversed"),
+        (Column::U, Box::new(move |u| u + most), "mid position"),
+        (Column::U, Box::new(|u| 1000.0 * u), "volts"),
+        (Column::PA, Box::new(|p| 1.0e-3 * p), "1 kPa"),
+    ]
+}
+
+fn changed(log: &Log, column: Column, change: &dyn Fn(f64) -> f64) -> Log {
+    let mut out = log.clone();
+    out.set(column, log.column(column).map(|values| values.iter().map(|x| change(*x)).collect()));
+    out
+}
+
+/// The mistake that a diagnosis names, without a search.
+fn refused(rig: &RigFile, log: &Log, mistake: &str) -> String {
+    let searched = Cell::new(false);
+    let error = diagnose(rig, log, &|stage| searched.set(searched.get() || stage.contains("model")));
+    assert!(!searched.get(), "{mistake} on {}: searched", rig.name);
+    match error {
+        Err(DiagnosisError::Contradiction { problem, remedy }) => format!("{problem}: {remedy}"),
+        other => panic!("{:?}", other.map(|found| found.verdict)),
+    }
+}
+
+#[test]
+fn a_column_mapped_wrongly_is_named_with_its_remedy_and_nothing_is_searched() {
+    let plan = plans(Class::Single, Nominal::TwoPercent, 1, SEED)[0];
+    let hidden = plan.draw();
+    for (rig, log) in [(null(0).1, null(0).2), (hidden.rig_file.clone(), hidden.record().0)] {
+        for (column, change, word) in mistakes(&rig) {
+            let said = refused(&rig, &changed(&log, column, &*change), &format!("{} {word}", column.name()));
+            assert!(said.contains(word), "{} should say {word}: {said}", column.name());
+        }
+        let gauge = |p: f64| p - rig.rig.supply.atmosphere_pa;
+        let log = changed(&changed(&log, Column::PA, &gauge), Column::PB, &gauge);
+        assert!(refused(&rig, &log, "gauge").contains("gauge"));
+    }
+}
+
+#[test]
+fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
+    for class in [Class::Null, Class::Single, Class::Pairs, Class::Unknown] {
+        for plan in plans(class, Nominal::TwoPercent, if everything() { 8 } else { 3 }, SEED) {
+            let case = plan.draw();
+            let found = check(&case.rig_file, &case.record().0).expect("a full log");
+            let contradicts = |flaw: &&diagnosis::Flaw| flaw.weight == Weight::Contradiction;
+            assert_eq!(found.findings.iter().find(contradicts), None, "{plan}");
+            let told = |name: &str| found.knowledge.iter().find(|k| k.name == name).is_some_and(|k| k.is_told());
+            assert!(told("valve-dead-zone") && told("leak-cross-piston"), "{plan}");
+        }
+    }
+}
+
+#[test]
+fn a_frozen_pressure_and_a_resting_piston_are_told_by_the_check() {
+    let (_, rig, log) = null(0);
+    let mut frozen = log.clone();
+    if let Some(p) = &mut frozen.p_a_pa {
+        let stuck = p[5000];
+        p[5000..10_000].fill(stuck);
+    }
+    let found = check(&rig, &frozen).expect("a full log");
+    assert!(
+        found.findings.iter().any(|flaw| flaw.problem.starts_with("p_a_pa does not change")),
+        "{:?}",
+        found.findings
+    );
+    let mut resting = log.clone();
+    resting.y_m.iter_mut().enumerate().for_each(|(k, y)| *y = 1.0e-5 * ((k * 7919) % 13) as f64);
+    let found = check(&rig, &resting).expect("a full log");
+    let moves = |flaw: &diagnosis::Flaw| flaw.problem.contains("hardly moves") || flaw.weight == Weight::Contradiction;
+    assert!(found.findings.iter().any(moves), "{:?}", found.findings);
+}
+
+#[test]
+fn a_log_too_short_to_hold_a_part_back_says_so() {
+    let (_, rig, log) = null(0);
+    let mut short = log.clone();
+    short.t_s.truncate(4000);
+    for column in Column::ALL {
+        short.set(column, log.column(column).map(|values| values[..4000].to_vec()));
+    }
+    let found = check(&rig, &short).expect("long enough");
+    assert!(
+        found.findings.iter().any(|flaw| flaw.problem.contains("too short to hold a part back")),
+        "{:?}",
+        found.findings
+    );
+    assert_eq!(diagnose(&rig, &short, &|_| {}).expect("long enough").log.held_back_s, 0.0);
+}
