@@ -7,7 +7,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 5;
+pub const PROTOCOL_VERSION: u8 = 6;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +63,8 @@ pub enum Command {
     },
     /// The message of the last panic or fault, if there was one.
     LastFault,
+    /// The oldest records that have not been asked for yet, one in `telemetry_every` ticks; the board keeps some.
+    Samples,
     /// Restarts the board. Not while running.
     Restart,
     /// Restarts into the bootloader in the chip's ROM, which takes new firmware over the same serial line and goes on waiting for
@@ -101,6 +103,26 @@ pub enum Reply {
     Value(f32),
     /// To `LastFault`: empty if there was none.
     Text(TextWord),
+    /// To `Samples`: empty if there is none yet.
+    Samples(Samples),
+}
+
+/// Most records of one answer: what fits a frame.
+pub const SAMPLES: usize = 10;
+/// Records, the oldest first.
+pub type Samples = heapless::Vec<Sample, SAMPLES>;
+
+/// What one tick read and what the valve then had.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Number of the tick since start; wraps.
+    pub tick: u32,
+    /// Position, p_a, p_b, p_sup as the control law received them, 0..=65 535.
+    pub codes: [u16; 4],
+    /// What the valve holds from this sample to the next, 0..=4095.
+    pub held: u16,
+    /// The mode as telemetry numbers it.
+    pub mode: u16,
 }
 
 /// Who is there.

@@ -28,6 +28,7 @@ fn commands() -> impl Strategy<Value = Command> {
         any::<bool>().prop_map(|on| Command::Bench { on }),
         Just(Command::LastFault),
         Just(Command::Bootloader),
+        Just(Command::Samples),
     ]
 }
 
@@ -159,6 +160,10 @@ fn the_longest_answer_fits_a_frame() {
         result: Ok(Reply::Text(text.as_str().try_into().expect("160 bytes"))),
     };
     assert!(encode(&longest, &mut [0; FRAME_BYTES]).is_ok());
+    let sample = board_link::Sample { tick: u32::MAX, codes: [u16::MAX; 4], held: u16::MAX, mode: u16::MAX };
+    let samples =
+        Response { result: Ok(Reply::Samples(core::iter::repeat_n(sample, board_link::SAMPLES).collect())), ..longest };
+    assert!(encode(&samples, &mut [0; FRAME_BYTES]).is_ok());
 }
 
 #[test]

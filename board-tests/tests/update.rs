@@ -121,7 +121,6 @@ fn the_emulated_board_leaves_for_the_bootloader_and_comes_back_with_its_paramete
     session.change(&[(Parameter::Gain, 7.25), (Parameter::TelemetryEvery, 3.0)]).expect("accepted");
     session.done(Command::Save).expect("saved");
     session.done(Command::Bootloader).expect("granted");
-    drop(session);
     // The chip is reset, and the first thing it does is to read the ROM's vector table, which the emulator does not have.
     let stopped = bench.board().run(0.2).expect_err("the ROM is not modelled").to_string();
     assert!(stopped.contains("bootloader in ROM") && stopped.contains("0x1fff0000"), "{stopped}");

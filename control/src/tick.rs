@@ -212,7 +212,9 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     } else {
         [None; 2]
     };
-    state.lost = [pressure_a, pressure_b].map(|fault| fault.is_some() || !config.pressure_sensors);
+    // Before the first good reading there is none to bridge with.
+    let seen = [state.pressure_a.seen(), state.pressure_b.seen()].map(|seen| seen && config.pressure_sensors);
+    state.lost = [pressure_a.is_some() || !seen[0], pressure_b.is_some() || !seen[1]];
     if !config.pressure_loss_trips {
         (pressure_a, pressure_b) = (None, None);
     }
@@ -293,8 +295,7 @@ fn advance_mode(config: &Config, state: &mut ControllerState, command: Option<Op
         (_, Some(reason), _) => Mode::Safe(reason),
         (Mode::SelfTest { ticks_left }, None, _) => {
             let all_seen = state.position.seen()
-                && (state.pressure_a.seen() || state.lost[0])
-                && (state.pressure_b.seen() || state.lost[1])
+                && (state.pressure_a.seen() && state.pressure_b.seen() || !config.pressure_sensors)
                 && (state.supply.seen() || !config.supply_sensor);
             match ticks_left.saturating_sub(1) {
                 0 if all_seen => Mode::Idle,

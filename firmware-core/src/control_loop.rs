@@ -202,6 +202,13 @@ impl ControlLoop {
         matches!(self.state.mode(), Mode::Idle | Mode::Run) && self.bench.is_none()
     }
 
+    /// Where the simulated plant lies: memory without meaning while none stands in.
+    #[inline]
+    #[must_use]
+    pub fn bench_slot(&self) -> &Option<BenchPlant> {
+        &self.bench
+    }
+
     /// Whether the simulated plant stands in.
     #[must_use]
     pub fn bench(&self) -> bool {

@@ -19,6 +19,8 @@ pub enum Action {
     Order(Order, OrderOutcome),
     /// Write [`Desk::settings`] to flash, then answer.
     Save,
+    /// Answer with the records that nobody has asked for yet.
+    Samples,
     /// Answer, then restart the board.
     Restart,
     /// Answer, then restart into the bootloader in ROM.
@@ -102,6 +104,7 @@ impl Desk {
             }))),
             Command::Status => Ok(Action::Reply(Reply::Status(status(now, bad_frames)))),
             Command::LastFault => Ok(Action::Reply(Reply::Text(self.last_fault.clone()))),
+            Command::Samples => Ok(Action::Samples),
             Command::Arm => {
                 only_in(mode == Mode::Idle)?;
                 order(OperatorCommand::Arm, OrderOutcome::Running)

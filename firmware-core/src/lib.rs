@@ -18,6 +18,7 @@
 //! | sums of oversampled conversions → codes | `oversampled.rs` |
 //! | the simulated plant in place of sensors and valve | `bench.rs` |
 //! | what one tick leaves for telemetry | `record.rs` |
+//! | the last records, for a host that asks | `recent.rs` |
 //! | the lines of telemetry | `telemetry_lines.rs` |
 //! | what the background may read of the interrupt | `snapshot.rs` |
 //! | parameters as one set, checked as a whole | `settings.rs` |
@@ -37,6 +38,7 @@ mod desk;
 pub mod lockstep;
 mod output_check;
 mod oversampled;
+mod recent;
 mod record;
 mod settings;
 mod snapshot;
@@ -53,6 +55,7 @@ pub use desk::{Action, Desk, OrderOutcome};
 pub use output_check::{OutputCheck, OutputSeen, tolerance as output_tolerance};
 pub use oversampled::code_of_sum;
 pub use parameter_table::ParameterError as SettingsError;
+pub use recent::Recent;
 pub use record::{Record, mode_from_number, mode_number};
 pub use settings::Settings;
 pub use snapshot::{Snapshot, SnapshotValues};

@@ -47,7 +47,7 @@ impl Board {
                 self.snapshot.publish(&tick.record, self.control_loop.bench());
                 if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
             }
-            Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
+            Action::Save | Action::Restart | Action::Bootloader | Action::Samples => Ok(Reply::Done),
         }
     }
 

@@ -1,5 +1,5 @@
-//! Faults on purpose: each of them must be found, by the check that is meant for it (`tests/tests/emulated/broken.rs`). They are
-//! compiled in with the feature `broken` alone; which one is at work, a word in flash says, which the test writes.
+//! Faults on purpose, in the binary `firmware-broken` (`broken_main.rs` is a link to `main.rs`): each of them must be found, by the
+//! check that is meant for it (`tests/tests/emulated/broken.rs`). They are
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

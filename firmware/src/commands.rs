@@ -122,6 +122,7 @@ impl CommandTask {
         match decision? {
             Action::Reply(reply) => Ok(reply),
             Action::Restart | Action::Bootloader => Ok(Reply::Done),
+            Action::Samples => Ok(Reply::Samples(telemetry::RECENT.lock(|recent| recent.borrow_mut().take()))),
             Action::Order(order, outcome) => self.order(order, outcome).await,
             Action::Save => {
                 let store = self.store.as_mut().filter(|_| storage::two_banks()).ok_or(Refusal::Storage)?;
@@ -142,8 +143,8 @@ impl CommandTask {
         for _ in 0..ORDER_WAIT_MS {
             alive();
             Timer::after_millis(1).await;
-            // Taken, and the tick that took it has been published: two ticks later at the latest.
-            if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 2 {
+            // Taken at the end of a tick, in force in the next one, and what comes of it is seen in the one behind that.
+            if self.orders.is_empty() && SNAPSHOT.ticks().wrapping_sub(before) >= 3 {
                 if configured {
                     telemetry::NEW_SCALES.signal(Scales::of(&self.desk.in_force()));
                 }

@@ -2,7 +2,7 @@
 //!
 //! The control interrupt sums what it owns when it ends and compares when it begins, a tick later: a bit that flips in
 //! between is found before a valve code comes of it. The part that only orders change, the configuration, keeps a sum of its
-//! own from order to order, so that a flip within the tick is found in the next. One flipped bit always changes the sum;
+//! own from order to order, so that a flip within the tick is found at its end. One flipped bit always changes the sum;
 //! several that cancel out are beyond it.
 
 use core::arch::asm;
@@ -11,8 +11,27 @@ use core::arch::asm;
 ///
 /// In assembler for two reasons: the region holds padding, which Rust may not read, and eight words at a time take 21 cycles.
 pub(crate) fn sum_of<T: ?Sized>(region: &T) -> u32 {
-    let words = size_of_val(region) / 4;
-    let start = core::ptr::from_ref(region).cast::<u32>();
+    // SAFETY: the words of a region that is borrowed.
+    unsafe { sum_of_words(core::ptr::from_ref(region).cast(), size_of_val(region) / 4) }
+}
+
+/// The same without `hole`, which lies in `region`.
+#[inline(always)]
+pub(crate) fn sum_around<T, H>(region: &T, hole: &H) -> u32 {
+    let (start, inside) = (core::ptr::from_ref(region).cast::<u32>(), core::ptr::from_ref(hole).cast::<u32>());
+    let before = (inside as usize).wrapping_sub(start as usize) / 4;
+    let behind = before + size_of::<H>() / 4;
+    // SAFETY: both stretches lie in the region, which is borrowed; a hole outside of it leaves the second one empty.
+    unsafe {
+        let rest = (size_of::<T>() / 4).saturating_sub(behind);
+        sum_of_words(start, before.min(size_of::<T>() / 4))
+            ^ sum_of_words(start.wrapping_add(behind), rest).rotate_left(1)
+    }
+}
+
+/// # Safety
+/// So many words from `start` on must be readable.
+unsafe fn sum_of_words(start: *const u32, words: usize) -> u32 {
     let mut sum = 0_u32;
     let mut at = start;
     let blocks = words / 8;

@@ -3,12 +3,14 @@
 //! The lines are read by people (`cargo flash-g4` prints them) and by `plant-sim record`; their words are the format.
 //! A record's `seq` rises by one: a gap means loss, wherever it happened (queue, RTT buffer, probe).
 
+use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use embassy_sync::blocking_mutex::ThreadModeMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker};
-use firmware_core::{Record, Scales, send_record};
+use firmware_core::{Recent, Record, Scales, send_record};
 
 use crate::ring::Reader;
 use crate::sampling::{RECORDS, SNAPSHOT};
@@ -24,6 +26,9 @@ const SCALE_ROUNDS: u32 = 500;
 /// Ranges and rates from now on, for records not yet sent.
 pub(crate) static NEW_SCALES: Signal<CriticalSectionRawMutex, Scales> = Signal::new();
 
+/// For a host that asks over the serial line. Both tasks run in the thread executor, so no interrupt has to wait.
+pub(crate) static RECENT: ThreadModeMutex<RefCell<Recent>> = ThreadModeMutex::new(RefCell::new(Recent::new()));
+
 /// Moves records from the queue to defmt.
 #[embassy_executor::task]
 pub(crate) async fn telemetry_task(mut records: Reader<Record, RECORDS>, mut scales: Scales) -> ! {
@@ -37,6 +42,7 @@ pub(crate) async fn telemetry_task(mut records: Reader<Record, RECORDS>, mut sca
         }
         while let Some(record) = records.dequeue() {
             send_record(&record, SNAPSHOT.records_lost());
+            RECENT.lock(|recent| recent.borrow_mut().push(&record));
         }
         round.next().await;
     }

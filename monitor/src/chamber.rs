@@ -5,6 +5,9 @@ use crate::motion::Contribution;
 use crate::parameters::MonitorParameters;
 use plant_model::{Plant, Real, Side};
 
+/// Part of the relative error that is allowed which the volume at mid-stroke has: 5 of 20 %. It grows as the chamber empties.
+const VOLUME_PART: f32 = 0.25;
+
 /// What both chambers share between two samples, one tick apart.
 pub(crate) struct Interval<'m> {
     pub(crate) plant: &'m Plant<f32>,
@@ -30,6 +33,8 @@ pub(crate) struct Balance {
     /// Mean pressure over the tick, Pa.
     pub(crate) pressure_pa: f32,
     pub(crate) inverse_volume_per_m3: f32,
+    /// The chamber's volume at mid-stroke, m3.
+    pub(crate) middle_volume_m3: f32,
     /// 1 if the chamber grows towards B, −1 if it shrinks.
     pub(crate) towards_b: f32,
     pub(crate) side: Side,
@@ -104,9 +109,12 @@ impl Watch {
         };
         // In steady motion both are equal and opposite; the larger one sets the scale.
         let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
-        // A chamber that is almost empty has a volume that the position's error is a large part of.
-        let volume_doubt = interval.parameters.position_m * area_m2 * balance.inverse_volume_per_m3;
-        let allowed_pa = (interval.parameters.relative + volume_doubt) * activity + per_kg_per_s * doubt;
+        // A chamber that is almost empty has a volume that the position's error is a large part of, and so is an error of its
+        // volume at mid-stroke.
+        let position_doubt = interval.parameters.position_m * area_m2 * balance.inverse_volume_per_m3;
+        let emptier = (balance.middle_volume_m3 * balance.inverse_volume_per_m3 - 1.0).at_least(0.0);
+        let relative = interval.parameters.relative * (1.0 + VOLUME_PART * emptier);
+        let allowed_pa = (relative + position_doubt) * activity + per_kg_per_s * doubt;
         self.allowance_pa = (self.allowance_pa + allowed_pa) * interval.keep;
         let noise = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;
         let metres_per_pa = 1.0 / per_metre;

@@ -211,11 +211,13 @@ impl Monitor {
         let valve = interval.valve();
         let y_m = 0.5 * (readings.position_m + last.position_m);
         let (volume_a, volume_b) = self.plant.volumes_m3(y_m);
+        let (middle_a, middle_b) = self.plant.volumes_m3(0.0);
         let mean_a = 0.5 * (readings.pressure_a_pa + last.pressure_a_pa);
         let mean_b = 0.5 * (readings.pressure_b_pa + last.pressure_b_pa);
         let balance_a = Balance {
             pressure_pa: mean_a,
             inverse_volume_per_m3: 1.0 / volume_a,
+            middle_volume_m3: middle_a,
             towards_b: 1.0,
             side: Side::A,
             step_m,
@@ -226,6 +228,7 @@ impl Monitor {
         let balance_b = Balance {
             pressure_pa: mean_b,
             inverse_volume_per_m3: 1.0 / volume_b,
+            middle_volume_m3: middle_b,
             towards_b: -1.0,
             side: Side::B,
             step_m: -step_m,

@@ -50,7 +50,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                                 Err(Refusal::State)
                             }
                         }
-                        Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
+                        Action::Save | Action::Restart | Action::Bootloader | Action::Samples => Ok(Reply::Done),
                     });
                     session.answered(result)
                 }

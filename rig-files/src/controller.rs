@@ -244,6 +244,8 @@ mod tests {
         let text = "gain_v_per_m = 12\ndead_zone_right_v = 0.42\ndead_zone_left_v = -0.42\nsafe_voltage_v = 0.1\n";
         let got = overlay(text, "c.toml", base.clone()).expect("good");
         let expected = Parameters {
+            // A gain without a law is the paper's law.
+            law: LawChoice::Paper,
             gain_v_per_m: 12.0,
             dead_zone_right_v: 0.42,
             dead_zone_left_v: -0.42,

@@ -324,14 +324,15 @@ impl EmulatedTarget {
         };
         self.in_time(before)?;
         let (host_heard, order) = given;
-        if let Some(order) = order {
-            self.shadow.order(&order);
-        }
         let pins = self.board.analog();
         let codes = pins.sums.map(code_of_sum);
         let wanted = self.shadow.tick(codes, inputs.faults, host_heard);
         self.shadow.watch();
         self.snapshot.publish(&wanted.record, self.shadow.bench());
+        // The chip takes it last in the tick, for the coming one.
+        if let Some(order) = order {
+            self.shadow.order(&order);
+        }
         self.facts.ticks += 1;
         self.facts.instructions = self.facts.instructions.max(tick.instructions);
         self.facts.cycles = self.facts.cycles.max(tick.cycles);

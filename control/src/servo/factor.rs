@@ -78,7 +78,9 @@ pub(crate) fn falling_q28(x: u32) -> i32 {
     let x = i64::from(x >> 2).min(ONE / 2);
     let times = |a: i64, b: i64| (a * b + ONE / 2) >> 30;
     let square = times(x, x);
-    let mut y = ONE - x + square / 2 - times(square, x) / 6 + times(square, square) / 24;
+    // No division: in 64 bits it is a library call.
+    let (sixth, twenty_fourth) = (const { ONE / 6 }, const { ONE / 24 });
+    let mut y = ONE - x + (square >> 1) - times(times(square, x), sixth) + times(times(square, square), twenty_fourth);
     for _ in 0..6 {
         y = times(y, y);
     }

@@ -6,7 +6,7 @@ use super::hold::Means;
 use super::reference::Motion;
 use super::stick::{LeadGains, Stick};
 use super::{Acceleration, Angle, Jerk, ServoState, Tuning};
-use crate::arithmetic::{limit, multiply, saturate};
+use crate::arithmetic::{limit, product, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 
 /// Gains of one bandwidth.
@@ -67,17 +67,17 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
         + gains.v.wide(reference.v.saturating_sub(estimate.v))
         + gains.y.wide(reference.position().saturating_sub(estimate.y));
-    let by_motion = multiply(air.stiffness.to_bits(), estimate.v.to_bits(), 24);
-    let mass = state.body.mass.to_bits();
-    let rate = Jerk::from_bits(multiply(saturate(jerk), mass, 28).saturating_add(by_motion));
+    let by_motion: Jerk = product(air.stiffness, estimate.v);
+    let mass = state.body.mass;
+    let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);
     let slope = state.valve.slope(rate >= 0, air);
     let theta = angle_for(rate, slope, most);
     // What the valve cannot give, the reference does not ask for.
     let excess = if theta.saturating_abs() < most {
         Jerk::ZERO
     } else {
-        let missing = multiply(theta.to_bits(), slope.to_bits(), 28).saturating_sub(rate.to_bits());
-        Jerk::from_bits(quotient(missing, mass.unsigned_abs(), 28))
+        let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
+        Jerk::from_bits(quotient(missing.to_bits(), mass.to_bits().unsigned_abs(), 28))
     };
     state.motion = reference.after(jerk_r.saturating_add(excess), tick);
     valve.command(&state.valve, theta)

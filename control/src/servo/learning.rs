@@ -9,7 +9,7 @@ use super::factor::{Factor, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::observer::{Body, Estimate, Opening};
 use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
-use crate::arithmetic::{limit, multiply, saturate};
+use crate::arithmetic::{limit, multiply, product, saturate};
 use crate::quantities::{Velocity, Voltage};
 
 /// Angle above which the flow tells the gain, rad.
@@ -106,22 +106,22 @@ pub(crate) fn learn_valve(
     let side = usize::from(!fills_a);
     // Towards a stronger valve on this side.
     let outward = if fills_a { wrong } else { wrong.saturating_neg() }.to_bits();
-    let slope = model.slope(fills_a, air).to_bits();
+    let slope = model.slope(fills_a, air);
     if theta.saturating_abs() > GAIN_ANGLE {
-        let asked = multiply(slope, theta.to_bits().saturating_abs(), 28);
+        let asked: Jerk = product(slope, theta.saturating_abs());
         let gain = &mut model.gains[side];
-        let part = quotient(outward, asked.unsigned_abs(), 28);
-        let change = Ratio::from_bits(multiply(part, gain.to_bits(), 28));
+        let part = quotient(outward, asked.to_bits().unsigned_abs(), 28);
+        let change = product(Ratio::from_bits(part), *gain);
         *gain = limit(gain.saturating_add(rates.gain.of(change)), GAIN_BOUNDS[0], GAIN_BOUNDS[1]);
     } else if w.saturating_abs() < ZONE && theta != 0 {
         // The voltage that makes up the wrong rate: dw = dθ (1 + 4 w²) / 2, and 1 / slope behind the dead zone.
-        let radians = quotient(outward, slope.unsigned_abs(), 24);
+        let radians = quotient(outward, slope.to_bits().unsigned_abs(), 24);
         let half = 1 << 23;
         let stretch = half + multiply(w.to_bits(), w.to_bits(), 23);
-        let volts = multiply(multiply(radians, stretch, 24), valve.per_slopes_q16[side], 16);
+        let volts = Voltage::from_bits(multiply(radians, stretch, 24));
         let [least, most] = rates.zone_bounds[side];
         let zone = &mut model.zones[side];
-        *zone = limit(zone.saturating_sub(rates.zone.of(Voltage::from_bits(volts))), least, most);
+        *zone = limit(zone.saturating_sub(rates.zone.of(product(volts, valve.per_slopes[side]))), least, most);
     }
 }
 
@@ -157,10 +157,10 @@ pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, rates: &Learn
     let change = Ratio::from_bits(mass_step.to_bits().saturating_mul(4));
     body.mass = limit(before.mass.saturating_add(change), least, most);
     // What is now explained is no longer a disturbance.
-    let viscous = multiply((body.viscous - before.viscous).to_bits(), estimate.v.to_bits(), 24);
-    let inert = multiply((body.mass - before.mass).to_bits(), estimate.a.to_bits(), 28);
+    let viscous: Acceleration = product(body.viscous - before.viscous, estimate.v);
+    let inert = product(body.mass - before.mass, estimate.a);
     estimate.disturbance = estimate
         .disturbance
         .saturating_add(along(body.coulomb - before.coulomb))
-        .saturating_add(Acceleration::from_bits(viscous.saturating_add(inert)));
+        .saturating_add(viscous.saturating_add(inert));
 }

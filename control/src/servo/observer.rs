@@ -8,7 +8,7 @@ use super::angle::angle;
 use super::factor::{Factor, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
-use crate::arithmetic::{limit, multiply, saturate};
+use crate::arithmetic::{limit, multiply, product, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 
 /// Constants of the observer.
@@ -78,22 +78,22 @@ pub(crate) struct Opening {
     pub(crate) theta: Angle,
 }
 
-/// How the spool follows its command within a tick, 28 fractional bits.
+/// How the spool follows its command within a tick.
 struct Spool {
     /// Part of the distance to the command that the spool still has after the tick.
-    keeps_q28: i32,
+    keeps: Ratio,
     /// The same, mean over the tick.
-    mean_q28: i32,
+    mean: Ratio,
 }
 
 impl Spool {
     #[inline]
     fn of(lag: Ticks) -> Self {
         if lag <= 0 {
-            return Self { keeps_q28: 0, mean_q28: 0 };
+            return Self { keeps: Ratio::ZERO, mean: Ratio::ZERO };
         }
-        let keeps_q28 = falling_q28(quotient(1 << 16, lag.to_bits().unsigned_abs(), 26).unsigned_abs());
-        Self { keeps_q28, mean_q28: multiply(lag.to_bits(), (1 << 28) - keeps_q28, 16) }
+        let keeps = Ratio::from_bits(falling_q28(quotient(1 << 16, lag.to_bits().unsigned_abs(), 26).unsigned_abs()));
+        Self { keeps, mean: product(lag, Ratio::ONE - keeps) }
     }
 }
 
@@ -133,15 +133,15 @@ impl Estimate {
     ) -> Opening {
         let distance = self.spool.saturating_sub(u);
         let spool = Spool::of(lag);
-        let mean = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.mean_q28, 28)));
-        self.spool = u.saturating_add(Voltage::from_bits(multiply(distance.to_bits(), spool.keeps_q28, 28)));
+        let mean = u.saturating_add(product(distance, spool.mean));
+        self.spool = u.saturating_add(product(distance, spool.keeps));
         let w = valve.effective(model, mean);
         let theta = angle(w);
         let slope = model.slope(theta >= 0, air);
-        let by_valve = multiply(slope.to_bits(), theta.to_bits(), 28);
-        let by_motion = multiply(air.stiffness.to_bits(), self.v.to_bits(), 24);
+        let by_valve: Jerk = product(slope, theta);
+        let by_motion = product(air.stiffness, self.v);
         let force_now = self.force;
-        self.force = force_now.saturating_add(tick.jerk.of(Jerk::from_bits(by_valve.saturating_sub(by_motion))));
+        self.force = force_now.saturating_add(tick.jerk.of(by_valve.saturating_sub(by_motion)));
         // Bristles are stiff: implicit, first as if they held, then as if they slid.
         let mean = (i64::from(force_now.to_bits()) + i64::from(self.force.to_bits()) + 1) >> 1;
         let push = Acceleration::from_bits(saturate(mean)).saturating_add(self.disturbance);
@@ -161,7 +161,7 @@ impl Estimate {
         self.v = if self.bristle == bristle { held } else { moved(self.bristle, damped) };
         let mean = (i64::from(before.to_bits()) + i64::from(self.v.to_bits()) + 1) >> 1;
         self.y = self.y.saturating_add(tick.velocity.of(Velocity::from_bits(saturate(mean))));
-        let viscous = Acceleration::from_bits(multiply(body.viscous.to_bits(), self.v.to_bits(), 24));
+        let viscous: Acceleration = product(body.viscous, self.v);
         let force = self.force.saturating_add(self.disturbance).saturating_sub(self.bristle).saturating_sub(viscous);
         self.a = Acceleration::from_bits(quotient(force.to_bits(), body.mass.to_bits().unsigned_abs(), 28));
         Opening { w, theta }

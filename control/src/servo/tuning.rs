@@ -300,12 +300,12 @@ fn valve(p: &Parameters, inverse: &DeadZoneInverse) -> Valve {
     let most = highest.saturating_sub(centre).min(centre.saturating_sub(lowest)).max(Voltage::ZERO);
     Valve {
         centre,
-        slopes_q16: slopes.map(|slope| scaled(slope, 16) as i32),
-        per_slopes_q16: [inverse.per_slope_right.to_bits(), inverse.per_slope_left.to_bits()],
+        slopes: slopes.map(exactly),
+        per_slopes: [inverse.per_slope_right, inverse.per_slope_left],
         ends: [lowest, highest],
         most,
         blend: exactly(BLEND),
-        per_blend_q16: scaled(1.0 / BLEND, 16) as i32,
+        per_blend: exactly(1.0 / BLEND),
         zones: [right.saturating_sub(centre), centre.saturating_sub(left)],
     }
 }

@@ -349,6 +349,7 @@ fn show(reply: &Reply) {
     match reply {
         Reply::Done => say!("done"),
         Reply::Value(value) => say!("{value}"),
+        Reply::Samples(samples) => say!("{samples:?}"),
         Reply::Text(text) if text.is_empty() => say!("no fault on record"),
         Reply::Text(text) => say!("{text}"),
         Reply::Version(version) => {

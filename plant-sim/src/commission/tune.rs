@@ -1,22 +1,22 @@
 //! A board finds out about its rig: the dead zone by small voltages, the rest by a log of moves that begin small, told by the
-//! diagnosis. All of it under the paper's proportional law with a gain far below its limit of stability, whose command is smooth enough
-//! for a log made of answers to `status` (some hundred a second).
+//! diagnosis. The log is made of the records that the board keeps for whoever asks: every third tick at 1 kHz is what the serial line
+//! carries without a gap.
 
 use super::dead_zone::{self, DeadZone, Search, SearchError};
 use super::observe;
 use super::{Change, from_rig, transfer};
-use crate::board::Client;
-use board_link::{Command, Generator, Parameter, Shape, Status};
-use firmware_core::Settings;
+use crate::board::{BoardError, Client};
+use board_link::{Command, Generator, Parameter, Reply, SAMPLES, Sample, Samples, Shape, Status};
+use control::Mode;
+use firmware_core::{Settings, mode_from_number};
 use rig_files::{Log, RigFile};
 use std::io::{Read, Write};
 
 /// Amplitudes of the moves as parts of the setpoint's range, smallest first, and how long each lasts, s. Only the last is long
 /// enough for the diagnosis, whose sequence takes 40 s.
 const MOVES: [(f64, f64); 3] = [(0.02, 6.0), (0.05, 6.0), (0.1, 40.0)];
-/// The proportional loop's crossover as a part of the natural frequency of piston and air: its limit of stability is twice the damping ratio,
-/// and that is rarely below 0.2.
-const CROSSOVER: f64 = 0.25;
+/// Records a second during the moves: ten of them, some 200 bytes, take 22 ms at 115 200 baud with question and answer.
+const RECORDS_PER_S: u32 = 333;
 /// Length of the step that is shown before and after, as a part of the setpoint's range, and how long it is watched, s.
 const STEP: (f64, f64) = (0.1, 3.0);
 /// What counts as settled, as a part of the step.
@@ -87,14 +87,9 @@ fn explored<P: Read + Write>(
     let dead_zone = dead_zone::search(client, &Search::default(), abort, tell)?;
     let mut rig = rig.clone();
     (rig.rig.valve.dead_zone_right_v, rig.rig.valve.dead_zone_left_v) = (dead_zone.right.volts, dead_zone.left.volts);
-    let moving = [
-        (Parameter::Law, 0.0),
-        (Parameter::Gain, gain_v_per_m(&rig) as f32),
-        (Parameter::SetpointVelocity, 0.0),
-        (Parameter::SetpointAcceleration, 0.0),
-    ];
+    let every = observe::version(client)?.tick_hz.div_ceil(RECORDS_PER_S);
     let [right, left] = dead_zone.changes();
-    transfer::change(client, &[&moving[..], &[right, left]].concat())?;
+    transfer::change(client, &[right, left, (Parameter::TelemetryEvery, every as f32)])?;
     wait_for_idle(client)?;
     let log = moves(client, abort, tell)?;
     Ok(Found { dead_zone, rig, log, before: first })
@@ -103,23 +98,6 @@ fn explored<P: Read + Write>(
 /// What a rig file changes.
 fn of_rig(rig: &RigFile, present: &Settings) -> Result<Vec<Change>, SearchError> {
     Ok(from_rig::from_rig(rig, present).map_err(SearchError::NotFound)?.changes)
-}
-
-/// The proportional gain that is stable by a wide margin: the crossover of the loop is `K dv/du`, and the speed that a volt of
-/// opening gives at mid-stroke follows from the flow (3.3) at the equilibrium pressure.
-fn gain_v_per_m(rig: &RigFile) -> f64 {
-    let model = &rig.rig;
-    let (cylinder, p) = (&model.cylinder, model.equilibrium_pressure_pa());
-    let area = cylinder.mean_area_m2();
-    let volumes = 1.0 / cylinder.volume_a0_m3 + 1.0 / cylinder.volume_b0_m3;
-    let stiffness = model.gas.heat_capacity_ratio * area * area * p * volumes;
-    let natural = (stiffness / model.load.mass_kg).sqrt();
-    let [fill, _] = model.linear_coefficients_kg_per_s_pa();
-    // The arc tangent of twice the voltage has the slope 2 at its middle.
-    let flow_per_v = 2.0 * fill * (model.supply.pressure_pa - p);
-    let speed_per_v = flow_per_v * model.gas.gas_constant_j_per_kg_k * model.gas.temperature_k / (area * p);
-    let limits = control::Key::gain_v_per_m.row().limits;
-    (CROSSOVER * natural / speed_per_v).clamp(limits.low, limits.high)
 }
 
 fn wait_for_idle<P: Read + Write>(client: &mut Client<P>) -> Result<(), SearchError> {
@@ -208,6 +186,37 @@ pub fn step<P: Read + Write>(client: &mut Client<P>, abort: &dyn Fn() -> bool) -
     })
 }
 
+/// The board's next records.
+fn samples<P: Read + Write>(client: &mut Client<P>) -> Result<Samples, SearchError> {
+    match client.ask(Command::Samples)? {
+        Reply::Samples(samples) => Ok(samples),
+        _ => Err(BoardError::Unexpected.into()),
+    }
+}
+
+/// Shows the records of a board that runs, one by one, as long as `more` wants them.
+fn record<P: Read + Write>(
+    client: &mut Client<P>,
+    abort: &dyn Fn() -> bool,
+    mut more: impl FnMut(&Sample) -> bool,
+) -> Result<(), SearchError> {
+    loop {
+        if abort() {
+            return Err(SearchError::Aborted);
+        }
+        for sample in samples(client)? {
+            match mode_from_number(sample.mode) {
+                Some(Mode::Run) if more(&sample) => {}
+                Some(Mode::Run) => return Ok(()),
+                mode => {
+                    let word = mode.map_or_else(|| sample.mode.to_string(), |mode| mode.to_string());
+                    return Err(SearchError::NotFound(format!("the board went to `{word}` in the midst of a move")));
+                }
+            }
+        }
+    }
+}
+
 /// The moves, and their log.
 fn moves<P: Read + Write>(
     client: &mut Client<P>,
@@ -219,6 +228,8 @@ fn moves<P: Read + Write>(
     let [low_v, high_v] = settings.control_parameters().valve_range_v.map(f64::from);
     let (mut rows, mut begun) = (Vec::new(), None);
     client.ask(Command::Arm)?;
+    // What was kept before is not of these moves.
+    while samples(client)?.len() == SAMPLES {}
     for (part, seconds) in MOVES {
         let amplitude_m = part * span_m(&settings);
         tell(format!("moves of ± {:.1} mm for {seconds:.0} s", 1.0e3 * amplitude_m));
@@ -228,18 +239,19 @@ fn moves<P: Read + Write>(
             amplitude_um: (amplitude_m * 1.0e6).round() as i32,
             period_ms: (seconds * 1.0e3) as u32,
         }))?;
-        watch(client, (seconds * tick_hz) as u32, abort, |status| {
-            let ticks = status.ticks.wrapping_sub(*begun.get_or_insert(status.ticks));
-            // The pin has the code of the tick before: one tick later than it was computed.
-            let u_v = low_v + (high_v - low_v) * f64::from(status.dac_code) / 4095.0;
+        let mut since = None;
+        record(client, abort, |sample| {
+            let ticks = sample.tick.wrapping_sub(*begun.get_or_insert(sample.tick));
+            let u_v = low_v + (high_v - low_v) * f64::from(sample.held) / 4095.0;
             let quantity = |channel: usize| {
                 let [low, high] = ranges[channel];
-                low + (high - low) * f64::from(status.codes[channel]) / observe::TOP_CODE
+                low + (high - low) * f64::from(sample.codes[channel]) / observe::TOP_CODE
             };
             let row = [f64::from(ticks) / tick_hz, quantity(0), u_v, quantity(1), quantity(2), quantity(3)];
             if rows.last().is_none_or(|last: &[f64; 6]| row[0] > last[0]) {
                 rows.push(row);
             }
+            f64::from(sample.tick.wrapping_sub(*since.get_or_insert(sample.tick))) < seconds * tick_hz
         })?;
     }
     client.ask(Command::Disarm)?;

@@ -4,7 +4,7 @@
 
 use board_link::{Accumulator, Admission, FRAME_BYTES, Refusal, Reply, Request, Session, encode};
 use control::ExternalFaults;
-use firmware_core::{Action, ControlLoop, Desk, Settings, Snapshot};
+use firmware_core::{Action, ControlLoop, Desk, Recent, Settings, Snapshot};
 use plant_model::{Inputs, Plant, Simulator, Stepper, Tolerance};
 use plant_sim::sensors::quantities;
 use rand::SeedableRng;
@@ -15,6 +15,7 @@ use std::collections::VecDeque;
 
 /// Ticks that pass with a request: what its two frames take on the line at 115 200 baud.
 const TICKS_PER_REQUEST: u32 = 8;
+const TICKS_PER_SAMPLES: u32 = 22;
 
 /// A board with its rig.
 pub(crate) struct Simulated {
@@ -23,6 +24,7 @@ pub(crate) struct Simulated {
     session: Session,
     accumulator: Accumulator,
     snapshot: Snapshot,
+    recent: Recent,
     /// The cylinder.
     pub(crate) plant: Simulator<f64>,
     /// Offset and gain by which each sensor reads: `shown = offset + gain · true`.
@@ -51,6 +53,7 @@ impl Simulated {
             session: Session::new(),
             accumulator: Accumulator::new(),
             snapshot: Snapshot::new(),
+            recent: Recent::new(),
             plant: Simulator::from_state(plant, state, Stepper::adaptive(&Tolerance::standard())),
             sensors: [[0.0, 1.0]; 4],
             noise: [5.0e-5, 600.0, 600.0, 600.0],
@@ -77,6 +80,9 @@ impl Simulated {
             let tick = self.control_loop.tick(codes, ExternalFaults::default(), true);
             self.control_loop.watch();
             self.snapshot.publish(&tick.record, self.control_loop.bench());
+            if tick.record_due {
+                self.recent.push(&tick.record);
+            }
             // The timer hands a code to the pin with the next tick.
             let u_v = self.valve.quantity(self.code.into());
             self.plant.advance_with(&Inputs { u_v, external_force_n: 0.0, supply_pa: self.supply_pa }, 1.0e-3);
@@ -118,12 +124,14 @@ impl Simulated {
                         self.run(2);
                         if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
                     }
+                    Action::Samples => Ok(Reply::Samples(self.recent.take())),
                     Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
                 });
                 self.session.answered(result)
             }
         };
-        self.run(TICKS_PER_REQUEST);
+        // An answer full of records is longer.
+        self.run(if matches!(answer.result, Ok(Reply::Samples(_))) { TICKS_PER_SAMPLES } else { TICKS_PER_REQUEST });
         self.answers.extend(encode(&answer, &mut [0; FRAME_BYTES]).expect("fits"));
     }
 }

@@ -143,23 +143,6 @@ fn reset_to_safe_output(elf: &[u8]) -> f64 {
 }
 
 #[test]
-fn the_positioning_law_at_ten_thousand_ticks_a_second_is_safe_for_being_late() {
-    let Some(elf) = elf() else { return };
-    let mut bench = Bench::idle(elf);
-    bench.done(Command::Set(Parameter::TickHz, 10_000.0));
-    bench.done(Command::Set(Parameter::Law, 1.0));
-    bench.done(Command::Save);
-    bench.power_cycle();
-    assert_eq!(bench.run(0.3), None);
-    bench.open_session();
-    // The board is alone here: the host beside it is never late. It may have tripped before the answer is sent.
-    let _ = bench.ask(Command::Arm);
-    assert_eq!(bench.run(0.3), None);
-    assert_eq!(bench.state(), "safe:late-tick");
-    assert_eq!(bench.machine().chip.dac.pin(), Some(MID));
-}
-
-#[test]
 fn facts_of_the_firmware_stay_within_their_bounds() {
     let Some(elf) = elf() else { return };
     let (owned, owned_bytes) = symbol(elf, "sampling::OWNED");
