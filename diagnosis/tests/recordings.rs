@@ -19,15 +19,19 @@ fn answer(diagnosis: &Diagnosis) -> Answer {
 }
 
 /// Diagnoses cases of a class: at most one name in twenty may be wrong, so none in the few of a plain `cargo test`, and at most
-/// one case in ten may stay without its right answer.
+/// one case in ten, or one at all, may stay without its right answer.
 fn stands(class: Class) {
     // Of slight deviations some do not show in some experiments. Of slow loops 17 of 20 were answered: mechanics show less.
     let silent_of_ten = match class {
         Class::Slight => 4,
-        Class::Slow => 2,
+        Class::Slow => 3,
         _ => 1,
     };
-    let count = if everything() { 10 } else { 1 };
+    let count = match (everything(), class) {
+        (true, _) => 10,
+        (false, Class::Slow) => 4,
+        (false, _) => 2,
+    };
     let (mut wrong, mut silent) = (Vec::new(), Vec::new());
     for nominal in Nominal::ALL {
         for plan in plans(class, nominal, count, SEED) {
@@ -44,7 +48,7 @@ fn stands(class: Class) {
         }
     }
     assert!(wrong.len() * 20 <= 2 * count, "{wrong:#?}");
-    assert!(silent.len() * 10 <= 2 * count * silent_of_ten, "{silent:#?}");
+    assert!(silent.len() <= (2 * count * silent_of_ten / 10).max(1), "{silent:#?}");
 }
 
 #[test]
