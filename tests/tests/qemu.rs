@@ -2,7 +2,7 @@
 //!
 //! Skipped with a message where QEMU or the target is missing, and without POSITIONER_TESTS=all.
 
-use control::{Inputs, Mode, OperatorCommand, Position};
+use control::{Inputs, LawChoice, Mode, OperatorCommand, Position};
 use firmware_core::lockstep::Counts;
 use firmware_core::{BenchPlant, mode_number};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
@@ -62,11 +62,36 @@ fn guest_or_skip() -> Option<&'static Path> {
     guest().inspect_err(|why| SAID.call_once(|| skipped("the control loop under QEMU", why))).ok()
 }
 
+/// Instructions over the ticks of several scenarios.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    ticks: u64,
+    tick: u64,
+    all: u64,
+    most: [u64; 2],
+}
+
+impl Sums {
+    fn add(&mut self, counts: &Counts) {
+        self.ticks += u64::from(counts.ticks);
+        self.tick += u64::from(counts.tick[1]);
+        self.all += u64::from(counts.all[1]);
+        self.most[0] = self.most[0].max(u64::from(counts.tick[2]));
+        self.most[1] = self.most[1].max(u64::from(counts.all[2]));
+    }
+
+    /// Mean and most of the tick, then with the monitor.
+    fn figures(&self) -> [u64; 4] {
+        let ticks = self.ticks.max(1);
+        [self.tick / ticks, self.most[0], self.all / ticks, self.most[1]]
+    }
+}
+
 #[test]
 fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recorded() {
     let Some(elf) = guest_or_skip() else { return };
-    let mut worst = Counts::default();
-    let (mut ticks, mut tick_sum, mut all_sum) = (0_u64, 0_u64, 0_u64);
+    // By law: sums over the ticks, and the most.
+    let mut laws = [(LawChoice::Paper, Sums::default()), (LawChoice::Servo, Sums::default())];
     println!("{:60} {:>6}  tick: min mean max   with monitor: min mean max", "scenario", "ticks");
     for file in scenario_files() {
         let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
@@ -92,16 +117,28 @@ fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recor
             counts.all[1] / counts.ticks,
             counts.all[2]
         );
-        ticks += u64::from(counts.ticks);
-        tick_sum += u64::from(counts.tick[1]);
-        all_sum += u64::from(counts.all[1]);
-        worst.tick[2] = worst.tick[2].max(counts.tick[2]);
-        worst.all[2] = worst.all[2].max(counts.all[2]);
+        let law = scenario.parameters(&file.to_string_lossy()).unwrap_or_else(|error| panic!("{error}")).law;
+        for (_, sums) in laws.iter_mut().filter(|(one, _)| *one == law) {
+            sums.add(&counts);
+        }
     }
-    let found = [tick_sum / ticks, u64::from(worst.tick[2]), all_sum / ticks, u64::from(worst.all[2])];
-    println!("{ticks} ticks; mean {} max {}, with monitor mean {} max {}", found[0], found[1], found[2], found[3]);
-    assert!(found[1] <= 1500, "the goal of a tick is 1500 instructions");
-    assert!(found[3] <= 5000, "the goal of everything is 5000 instructions");
+    let found = laws.map(|(law, sums)| {
+        let found = sums.figures();
+        println!(
+            "{}: tick mean {} max {}, with monitor mean {} max {}",
+            law.word(),
+            found[0],
+            found[1],
+            found[2],
+            found[3]
+        );
+        found
+    });
+    // Above these the tick is another one than docs/control-law.md and docs/firmware.md tell of.
+    let [[_, papers, _, papers_all], [_, servos, _, servos_all]] = found;
+    assert!(papers <= 1500 && papers_all <= 5000, "the paper's law has 1500 instructions, with the monitor 5000");
+    assert!(servos <= 8500 && servos_all <= 9500, "the positioning law has 8500 instructions, with the monitor 9500");
+    let found = found.concat();
     recorded("instructions_per_tick.csv", &found);
 }
 
