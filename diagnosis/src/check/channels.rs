@@ -25,11 +25,11 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
                 "check the sensor and the logger's channel: a live sensor has noise",
             ));
         }
-        let at_limit = at_limit(values);
+        let at_limit = at_limit(values, column == Column::Y);
         if at_limit > constants::clipped_part() {
             out.push(loss(
                 format!(
-                    "{name} reads its highest or lowest value in {:.0} % of the rows: its range ends there",
+                    "{name} reads one extreme value in {:.0} % of the rows: its range ends there",
                     100.0 * at_limit
                 ),
                 "those rows are not judged; widen the sensor's or the logger's range",
@@ -101,10 +101,12 @@ fn others_change(log: &Log, column: Column, meanwhile: &Range<usize>) -> bool {
     })
 }
 
-/// The part of the rows that read the lowest or the highest value of the column, where noise would change it.
-fn at_limit(values: &[f64]) -> f64 {
+/// The part of the rows that read the highest value of the column, or, if that can be a limit too, the lowest: a pressure rests
+/// at atmosphere.
+fn at_limit(values: &[f64], at_low: bool) -> f64 {
     let finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     let (low, high) = finite.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
     let extreme = |limit: f64| finite.iter().filter(|x| **x == limit).count();
-    if low >= high { 0.0 } else { extreme(low).max(extreme(high)) as f64 / finite.len() as f64 }
+    let most = extreme(high).max(if at_low { extreme(low) } else { 0 });
+    if low >= high { 0.0 } else { most as f64 / finite.len() as f64 }
 }
