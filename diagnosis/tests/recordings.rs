@@ -104,8 +104,11 @@ fn a_thinned_log_without_a_gap_has_none() {
     }
 }
 
-/// What a mapping can get wrong: how, and a word of what must be said.
-fn mistakes(rig: &RigFile) -> Vec<(Column, Box<dyn Fn(f64) -> f64>, &'static str)> {
+/// A column, what a wrong mapping makes of its values, and a word of what must be said.
+type Mistake = (Column, Box<dyn Fn(f64) -> f64>, &'static str);
+
+/// What a mapping can get wrong.
+fn mistakes(rig: &RigFile) -> Vec<Mistake> {
     let half = 0.5 * rig.rig.cylinder.stroke_m;
     let most = rig.rig.valve.max_voltage_v;
     vec![

@@ -97,8 +97,8 @@ fn the_step_of_the_paper_runs_on_the_firmware_as_on_this_computer() {
         arguments.extend(more);
         let output = plant_sim(&arguments, "");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let logs = std::fs::read_dir(&out).expect("logs").filter_map(|entry| Some(entry.ok()?.path()));
-        let path = logs.filter(|path| path.to_string_lossy().ends_with("true.csv")).next().expect("true states");
+        let mut logs = std::fs::read_dir(&out).expect("logs").filter_map(|entry| Some(entry.ok()?.path()));
+        let path = logs.find(|path| path.to_string_lossy().ends_with("true.csv")).expect("true states");
         let log = rig_files::Log::read(&path).expect("a log");
         assert!((1_990..2_010).contains(&log.t_s.len()), "{} rows", log.t_s.len());
         ends.push((log.y_m[300], log.y_m[1_900]));

@@ -148,8 +148,8 @@ impl Physics {
         // Volume per time that a chamber takes in, as speed of the piston towards B: a moving piston asks the same of both.
         let speeds = |p_a: f64| {
             let p_b = other(p_a);
-            let a = self.into_chamber(0, towards_b, 0.01, self.supply_pa, p_a) / (p_a * self.area_a);
-            let b = -self.into_chamber(1, !towards_b, 0.01, self.supply_pa, p_b) / (p_b * self.area_b);
+            let a = self.flow_to_chamber(0, towards_b, 0.01, self.supply_pa, p_a) / (p_a * self.area_a);
+            let b = -self.flow_to_chamber(1, !towards_b, 0.01, self.supply_pa, p_b) / (p_b * self.area_b);
             a - b
         };
         let (mut low, mut high) = (self.atmosphere_pa, self.supply_pa);
@@ -161,7 +161,7 @@ impl Physics {
     }
 
     /// Flow into a chamber (0: A, 1: B) at an opening in rad, kg/s.
-    pub(crate) fn into_chamber(&self, side: usize, filling: bool, opening: f64, supply: f64, p: f64) -> f64 {
+    pub(crate) fn flow_to_chamber(&self, side: usize, filling: bool, opening: f64, supply: f64, p: f64) -> f64 {
         let factor = if filling { self.fill } else { self.exhaust };
         let path = match (self.sonic, self.choked) {
             (Some(sonic), choked) => {
@@ -208,7 +208,7 @@ impl Physics {
             return self.fill * (self.supply_pa - self.rest_pressure_pa());
         }
         let full = std::f64::consts::FRAC_PI_2;
-        self.into_chamber(0, true, full, self.supply_pa, self.rest_pressures_pa()[0]) / full
+        self.flow_to_chamber(0, true, full, self.supply_pa, self.rest_pressures_pa()[0]) / full
     }
 
     /// The speed the fully open valve can feed, m/s: a scale for experiments, not a bound.

@@ -199,12 +199,12 @@ impl Specimen {
         let amount = opening.abs();
         let (into_a, into_b, drawn);
         if opening >= 0.0 {
-            into_a = ph.into_chamber(0, true, amount, supply, p_a);
-            into_b = ph.into_chamber(1, false, amount, supply, p_b) * self.cushion(ph.half_stroke - self.y);
+            into_a = ph.flow_to_chamber(0, true, amount, supply, p_a);
+            into_b = ph.flow_to_chamber(1, false, amount, supply, p_b) * self.cushion(ph.half_stroke - self.y);
             drawn = into_a;
         } else {
-            into_a = ph.into_chamber(0, false, amount, supply, p_a) * self.cushion(ph.half_stroke + self.y);
-            into_b = ph.into_chamber(1, true, amount, supply, p_b);
+            into_a = ph.flow_to_chamber(0, false, amount, supply, p_a) * self.cushion(ph.half_stroke + self.y);
+            into_b = ph.flow_to_chamber(1, true, amount, supply, p_b);
             drawn = into_b;
         }
         let mut into = [into_a, into_b];

@@ -90,7 +90,7 @@ fn motion(file: &RigFile) -> Vec<f64> {
     (0..ticks)
         .map(|tick| {
             let turns = (f64::from(tick) * 1.0e-3 / TURN_S) as u32;
-            simulator.advance(if turns % 2 == 0 { MOTION_V } else { -MOTION_V }, 1.0e-3);
+            simulator.advance(if turns.is_multiple_of(2) { MOTION_V } else { -MOTION_V }, 1.0e-3);
             simulator.state().y_m
         })
         .collect()

@@ -73,10 +73,11 @@ pub fn position(
             return Err(EmulatedError::Other(format!("{}: the board does not become idle but {word}", rig.name)));
         }
     }
-    let mut client = session.client()?;
-    client.ask(Command::Arm)?;
-    client.post(Command::Generate(Generator::Hold { position_um: (target_m * 1.0e6).round() as i32 }))?;
-    drop(client);
+    {
+        let mut client = session.client()?;
+        client.ask(Command::Arm)?;
+        client.post(Command::Generate(Generator::Hold { position_um: (target_m * 1.0e6).round() as i32 }))?;
+    }
     let mut recording = Recording::default();
     let (mut begun, mut first_tick, mut most) = (None, 0, (0, 0));
     while recording.t_s.len() < ticks {

@@ -117,7 +117,7 @@ impl Wave {
                 a * (TAU * 0.1 * ((rate * t).exp() - 1.0) / rate).sin()
             }
             Self::Square(a, s) => {
-                if (t / s) as u64 % 2 == 0 {
+                if ((t / s) as u64).is_multiple_of(2) {
                     a
                 } else {
                     -a
