@@ -60,7 +60,7 @@ impl Board {
                 let reply = match decision {
                     Err(refusal) => Err(refusal),
                     Ok(Action::Reply(reply)) => Ok(reply),
-                    Ok(Action::Save | Action::Restart) => Ok(board_link::Reply::Done),
+                    Ok(Action::Save | Action::Restart | Action::Bootloader | Action::Samples) => Ok(board_link::Reply::Done),
                     Ok(Action::Order(order, _)) => {
                         assert!(!(mode == Mode::Run && matches!(command, Command::Set(..) | Command::Bench { .. })));
                         self.control_loop.order(&order);
