@@ -144,6 +144,10 @@ struct Bench {
     snapshot: Snapshot,
     /// An order that has been sent and not yet been taken.
     order: Option<Order>,
+    /// The order that waited when the present control interrupt began, and whether the host had been heard then: a run may
+    /// end in the midst of an interrupt.
+    taken: Option<Order>,
+    heard: bool,
     /// As the board's: whether its output shows what the board wrote in the tick before.
     output: OutputCheck,
     written: u16,
@@ -186,6 +190,8 @@ impl Bench {
             desk: fresh_desk(settings),
             snapshot: Snapshot::new(),
             order: None,
+            taken: None,
+            heard: false,
             output: OutputCheck::default(),
             written: MID,
             host_heard_at: symbol(elf, "sampling::HOST_HEARD").0,
@@ -226,6 +232,8 @@ impl Bench {
             // The next tick fills it.
             snapshot: Snapshot::new(),
             order: self.order.clone(),
+            taken: self.taken.clone(),
+            heard: self.heard,
             output: self.output.clone(),
             written: self.written,
             host_heard_at: self.host_heard_at,
@@ -257,8 +265,6 @@ impl Bench {
     /// The same, showing every tick's valve code: the host's and the board's.
     fn run_and(&mut self, seconds: f64, mut see: impl FnMut(u16, u16)) -> Result<Option<ResetCause>, Stop> {
         let end = self.machine().chip.now + from_seconds(seconds);
-        let mut host_heard = false;
-        let mut order = None;
         // A run may begin within an interrupt: that tick has no beginning to be measured from.
         let mut entered = None;
         while self.machine().chip.now < end {
@@ -275,17 +281,18 @@ impl Bench {
             let wrote = machine.chip.dac.writes != writes;
             if !inside {
                 entered = Some((machine.core.instructions, machine.chip.system.cycles));
-                host_heard = machine.chip.ram[host_heard_at] != 0;
+                self.heard = machine.chip.ram[host_heard_at] != 0;
                 let (written, read) = (self.word(self.order_queue_at), self.word(self.order_queue_at + 4));
                 if written != read {
-                    order = Some(self.order.take().expect("an order is taken that nobody sent"));
+                    self.taken = Some(self.order.take().expect("an order is taken that nobody sent"));
                 }
             } else if wrote {
                 if let Some((instructions, cycles)) = entered.take() {
                     let (executed, elapsed) = (machine.core.instructions, machine.chip.system.cycles);
                     self.ticks.push(Tick { instructions: executed - instructions, cycles: elapsed - cycles });
                 }
-                let (host, board) = self.compare(order.take(), host_heard);
+                let (order, heard) = (self.taken.take(), self.heard);
+                let (host, board) = self.compare(order, heard);
                 see(host, board);
             }
         }
