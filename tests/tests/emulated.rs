@@ -386,7 +386,7 @@ impl Bench {
         self.host = fresh_loop(&settings, reason);
         (self.output, self.written) = (OutputCheck::default(), MID);
         self.desk = fresh_desk(settings);
-        (self.session, self.sequence, self.order) = (0, 0, None);
+        (self.session, self.sequence, self.order, self.taken) = (0, 0, None, None);
         self.answers = Accumulator::new();
     }
 
@@ -537,8 +537,8 @@ fn ten_thousand_ticks_a_second_are_kept_over_a_power_cycle_and_write_the_codes_o
     let mut bench = Bench::boot(elf);
     assert_eq!(bench.run(0.1), None);
     bench.open_session();
-    // The positioning law does not fit a tick of 100 us ("What 10 kHz leaves" in docs/firmware.md).
-    bench.done(Command::Set(Parameter::Law, 0.0));
+    // With the paper's law, a new board's. The positioning law does not fit a tick of 100 us ("What 10 kHz leaves" in
+    // docs/firmware.md).
     bench.done(Command::Set(Parameter::TickHz, 10_000.0));
     bench.done(Command::Save);
     bench.agrees();
