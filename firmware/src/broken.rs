@@ -1,5 +1,5 @@
 //! Faults on purpose, in the binary `firmware-broken` (`broken_main.rs` is a link to `main.rs`): each of them must be found, by the
-//! check that is meant for it (`tests/tests/emulated/broken.rs`). They are
+//! check that is meant for it (`tests/tests/emulated/broken.rs`). They are chosen by a word in flash, so one build has them all.
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,31 +9,9 @@ use plant_sim::commission::dead_zone::{Search, SearchError, search};
 use plant_sim::commission::observe::{self, status};
 use plant_sim::commission::{from_rig, transfer};
 use rig_files::RigFile;
-use simulated_board::Simulated;
+use simulated_board::{Line, Simulated};
 use std::cell::RefCell;
-use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
 use std::rc::Rc;
-
-/// The line to a board; the test keeps another hold of it.
-struct Line(Rc<RefCell<Simulated>>);
-
-impl Read for Line {
-    fn read(&mut self, buffer: &mut [u8]) -> IoResult<usize> {
-        let bytes = self.0.borrow_mut().give(buffer.len());
-        buffer[..bytes.len()].copy_from_slice(&bytes);
-        if bytes.is_empty() { Err(Error::from(ErrorKind::TimedOut)) } else { Ok(bytes.len()) }
-    }
-}
-
-impl Write for Line {
-    fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
-        self.0.borrow_mut().take(bytes);
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> IoResult<()> {
-        Ok(())
-    }
-}
 
 fn board(rig: &RigFile) -> (Rc<RefCell<Simulated>>, Client<Line>) {
     let board = Rc::new(RefCell::new(Simulated::new(rig)));

@@ -7,30 +7,9 @@ use plant_sim::board::Client;
 use plant_sim::commission::dead_zone::SearchError;
 use plant_sim::commission::{from_rig, observe, transfer, tune};
 use rig_files::RigFile;
-use simulated_board::Simulated;
+use simulated_board::{Line, Simulated};
 use std::cell::RefCell;
-use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
 use std::rc::Rc;
-
-struct Line(Rc<RefCell<Simulated>>);
-
-impl Read for Line {
-    fn read(&mut self, buffer: &mut [u8]) -> IoResult<usize> {
-        let bytes = self.0.borrow_mut().give(buffer.len());
-        buffer[..bytes.len()].copy_from_slice(&bytes);
-        if bytes.is_empty() { Err(Error::from(ErrorKind::TimedOut)) } else { Ok(bytes.len()) }
-    }
-}
-
-impl Write for Line {
-    fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
-        self.0.borrow_mut().take(bytes);
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> IoResult<()> {
-        Ok(())
-    }
-}
 
 #[test]
 fn a_board_finds_its_rigs_dead_zone_mass_and_friction_and_is_left_as_it_was() {

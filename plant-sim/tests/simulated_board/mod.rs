@@ -11,7 +11,10 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Converter, RigFile};
+use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
+use std::rc::Rc;
 
 /// Ticks that pass with a request: what its two frames take on the line at 115 200 baud.
 const TICKS_PER_REQUEST: u32 = 8;
@@ -133,5 +136,26 @@ impl Simulated {
         // An answer full of records is longer.
         self.run(if matches!(answer.result, Ok(Reply::Samples(_))) { TICKS_PER_SAMPLES } else { TICKS_PER_REQUEST });
         self.answers.extend(encode(&answer, &mut [0; FRAME_BYTES]).expect("fits"));
+    }
+}
+
+/// The line to a board; the test keeps another hold of it.
+pub(crate) struct Line(pub(crate) Rc<RefCell<Simulated>>);
+
+impl Read for Line {
+    fn read(&mut self, buffer: &mut [u8]) -> IoResult<usize> {
+        let bytes = self.0.borrow_mut().give(buffer.len());
+        buffer[..bytes.len()].copy_from_slice(&bytes);
+        if bytes.is_empty() { Err(Error::from(ErrorKind::TimedOut)) } else { Ok(bytes.len()) }
+    }
+}
+
+impl Write for Line {
+    fn write(&mut self, bytes: &[u8]) -> IoResult<usize> {
+        self.0.borrow_mut().take(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> IoResult<()> {
+        Ok(())
     }
 }
