@@ -14,6 +14,7 @@
 pub mod emulated;
 pub mod fault;
 pub mod firmware_file;
+pub mod listing;
 pub mod qemu;
 pub mod reliability;
 pub mod rig;

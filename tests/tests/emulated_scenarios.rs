@@ -4,14 +4,10 @@
 //! message where the target is not installed, and without POSITIONER_TESTS=all.
 
 use scenarios::emulated::EmulatedTarget;
+use scenarios::listing::{assert_complete, assert_fulfilled, named};
 use scenarios::qemu::{build_for_target, skipped};
-use scenarios::{Scenario, run_observed};
-use std::path::{Path, PathBuf};
+use scenarios::{run_observed, tests_by_name};
 use std::sync::{Once, OnceLock};
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
-}
 
 fn elf() -> Option<&'static [u8]> {
     static ELF: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();
@@ -25,7 +21,7 @@ fn elf() -> Option<&'static [u8]> {
 
 fn holds(name: &str) {
     let Some(elf) = elf() else { return };
-    let mut scenario = Scenario::read(&folder().join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"));
+    let mut scenario = named(name);
     // The timer latches a code with the tick after: the chip knows no other delay.
     scenario.output_delay_ticks = 1;
     let mut target = EmulatedTarget::start(elf, &scenario).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -35,18 +31,10 @@ fn holds(name: &str) {
         "{name}: {} ticks, no code differs; at most {} instructions and {} cycles to the valve code",
         facts.ticks, facts.instructions, facts.cycles
     );
-    let complaints = scenario.complaints(&outcome);
-    assert!(complaints.is_empty(), "{}: {}\n{outcome:?}", scenario.name, complaints.join("; "));
+    assert_fulfilled(&scenario, &outcome);
 }
 
-macro_rules! scenarios {
-    ($($name:ident),+ $(,)?) => {
-        $(#[test] fn $name() { holds(stringify!($name)); })+
-        const NAMES: &[&str] = &[$(stringify!($name)),+];
-    };
-}
-
-scenarios! {
+tests_by_name! { holds:
     a_lost_pressure_sensor_may_be_ridden_through,
     without_pressure_sensors_the_law_goes_by_its_model,
     paper_a_overshoots_and_hunts,
@@ -83,12 +71,5 @@ const ELSEWHERE: &[(&str, &str)] = &[
 
 #[test]
 fn every_scenario_file_runs_on_the_chip_or_is_listed_with_the_reason_why_not() {
-    let mut files: Vec<String> = std::fs::read_dir(folder())
-        .expect("scenarios")
-        .map(|entry| entry.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned())
-        .collect();
-    files.sort();
-    let mut names: Vec<&str> = NAMES.iter().copied().chain(ELSEWHERE.iter().map(|(name, _)| *name)).collect();
-    names.sort_unstable();
-    assert_eq!(files, names);
+    assert_complete(NAMES.iter().copied().chain(ELSEWHERE.iter().map(|(name, _)| *name)));
 }

@@ -8,20 +8,12 @@ use firmware_core::{BenchPlant, mode_number};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::Log;
 use scenarios::qemu::{QemuTarget, guest, skipped};
-use scenarios::{Sample, Scenario, Target, host_target, run_observed};
+use scenarios::{Sample, Scenario, Target, host_target, listing, run_observed};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 /// The tick in which bench mode is armed: past the self-test.
 const ARMED_AT: u32 = 1000;
-
-fn scenario_files() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
-    let mut files: Vec<PathBuf> =
-        std::fs::read_dir(folder).expect("scenarios").map(|entry| entry.expect("entry").path()).collect();
-    files.sort();
-    files
-}
 
 fn pipes(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("positioner-qemu-{}-{name}", std::process::id()));
@@ -93,10 +85,10 @@ fn every_scenario_gives_the_same_codes_under_qemu_and_a_tick_costs_what_is_recor
     // By law: sums over the ticks, and the most.
     let mut laws = [(LawChoice::Paper, Sums::default()), (LawChoice::Servo, Sums::default())];
     println!("{:60} {:>6}  tick: min mean max   with monitor: min mean max", "scenario", "ticks");
-    for file in scenario_files() {
+    for file in listing::files() {
         let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
         let host = on_the_host(&scenario);
-        let name = file.file_stem().expect("name").to_string_lossy().into_owned();
+        let name = listing::name(&file);
         let mut target =
             QemuTarget::start(elf, &scenario, &pipes(&name), None, false).unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut tick = 0;

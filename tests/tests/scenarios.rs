@@ -1,27 +1,16 @@
 //! Every scenario file by name, on the host.
 
-use scenarios::{Scenario, run};
-use std::path::{Path, PathBuf};
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
-}
+use scenarios::listing::{assert_complete, assert_fulfilled, named};
+use scenarios::{Scenario, run, tests_by_name};
+use std::path::Path;
 
 fn holds(name: &str) {
-    let scenario = Scenario::read(&folder().join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"));
+    let scenario = named(name);
     let outcome = run(&scenario).unwrap_or_else(|error| panic!("{name}: {error}"));
-    let complaints = scenario.complaints(&outcome);
-    assert!(complaints.is_empty(), "{}: {}\n{outcome:?}", scenario.name, complaints.join("; "));
+    assert_fulfilled(&scenario, &outcome);
 }
 
-macro_rules! scenarios {
-    ($($name:ident),+ $(,)?) => {
-        $(#[test] fn $name() { holds(stringify!($name)); })+
-        const NAMES: &[&str] = &[$(stringify!($name)),+];
-    };
-}
-
-scenarios! {
+tests_by_name! { holds:
     paper_a_overshoots_and_hunts,
     a_noiseless_position_frozen_in_mid_move_is_caught_without_a_model,
     a_noiseless_slam_into_an_end_stop_is_no_fault,
@@ -48,20 +37,12 @@ scenarios! {
 
 #[test]
 fn every_scenario_file_is_a_test() {
-    let mut files: Vec<String> = std::fs::read_dir(folder())
-        .unwrap()
-        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
-        .collect();
-    files.sort();
-    let mut names: Vec<&str> = NAMES.to_vec();
-    names.sort_unstable();
-    assert_eq!(files, names);
+    assert_complete(NAMES.iter().copied());
 }
 
 #[test]
 fn the_same_scenario_gives_the_same_codes_every_time_and_another_seed_gives_others() {
-    let path = folder().join("paper_b_does_not_overshoot.toml");
-    let mut scenario = Scenario::read(&path).unwrap();
+    let mut scenario = named("paper_b_does_not_overshoot");
     let first = run(&scenario).unwrap();
     assert_eq!(first, run(&scenario).unwrap());
     scenario.seed += 1;
