@@ -72,7 +72,10 @@ const CASES: &[Case] = &[
     ("simulate --rig rig.toml --input empty.csv --out o.csv", &["empty.csv", "is empty"]),
     ("simulate --rig rig.toml --input header.csv --out o.csv", &["header.csv", "no data"]),
     ("simulate --rig rig.toml --input rig.toml --out o.csv", &["rig.toml, line"]),
-    ("simulate --rig rig.toml --input input.csv --out no/such/o.csv", &["no/such/o.csv", "create its folder"]),
+    (
+        "simulate --rig rig.toml --input input.csv --out rig.toml/o.csv",
+        &["rig.toml/o.csv", "a part of the path is a file"],
+    ),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial y=0", &["--initial", "did you mean `y_m`"]),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=45", &["--initial", "end stops", "0.5"]),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial p_a_pa=3.6", &["--initial", "1 bar is 1e5"]),
