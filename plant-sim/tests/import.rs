@@ -285,10 +285,16 @@ fn a_draft_says_what_the_table_tells_and_leaves_open_what_it_does_not() {
             "everything stated",
             good.clone(),
             Some(&rig),
-            &["separator = \"comma\"", "unit = \"mm\"", "offset = -0.1", "gauge = true", "offset = -5.0"][..],
+            &[
+                "separator = \"comma\"",
+                "unit = \"mm\"",
+                "points = [[0.0, -100.0], [200.0, 100.0]]",
+                "gauge = true",
+                "points = [[0.0, -5.0], [10.0, 5.0]]",
+            ][..],
             0,
         ),
-        ("without the rig's stroke", good.clone(), None, &["offset = \"?\"", "left to you, in m"], 1),
+        ("without the rig's stroke", good.clone(), None, &["points = \"?\"", "at the two end stops"], 1),
         (
             "bar for 600 bar",
             good.replace("[bar]", "[MPa]"),
@@ -507,7 +513,7 @@ const STYLES: [Style; 3] = [
             ]
             .join(",")
         },
-        change: &[("sign = 1 ", "sign = -1 "), ("offset = -0.1 ", "offset = 0.1 ")],
+        change: &[("sign = 1 ", "sign = -1 ")],
         synthesized: &["--effect", "payload-mass:mass_kg=1.2", "--seed", "12", "--blanks", "0.1"],
     },
     Style {

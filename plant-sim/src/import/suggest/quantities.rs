@@ -131,6 +131,18 @@ impl Lines {
             self.key("sign", "1", "as that of y_m");
         }
         let (low, high) = (seen.low * factor, seen.high * factor);
+        let ends = |stroke: f64| {
+            let [stroke, half] = [stroke, 0.5 * stroke].map(|m| (m / factor * 1.0e6).round() * 1.0e-6);
+            format!("[[0.0, {:?}], [{stroke:?}, {half:?}]]", -half)
+        };
+        let left = |range: &str, stroke: f64| {
+            format!(
+                "left to you: it reads {range}; y_m is 0 at mid-stroke: what does it read at the two end stops? For 0 at one of \
+                 them, and a stroke of {} mm: {}",
+                short(stroke * 1.0e3),
+                ends(stroke)
+            )
+        };
         match stroke {
             Some(stroke) => {
                 let half = 0.5 * stroke;
@@ -139,24 +151,17 @@ impl Lines {
                 if centred {
                     self.key("offset", "0.0", "it counts from mid-stroke: it reads below zero");
                 } else if from_the_end {
-                    let why = format!(
-                        "it counts from an end stop: less half the stroke of the rig file; with sign = -1 it is {half}"
-                    );
-                    self.key("offset", (-half).to_string(), why);
+                    let why =
+                        "it counts from an end stop; y_m is 0 at mid-stroke, and the stroke is that of the rig file";
+                    self.key("points", ends(stroke), why);
                 } else {
-                    let why = format!(
-                        "left to you, in m: what brings {range} to 0 at mid-stroke, ±{half} m at the end stops"
-                    );
-                    self.key("offset", "\"?\"", why);
+                    self.key("points", "\"?\"", left(&range, stroke));
                 }
             }
             None if low < -0.2 * (high - low) => {
                 self.key("offset", "0.0", "uncertain: it reads below zero, so it seems to count from mid-stroke");
             }
-            None => {
-                let why = "left to you, in m: y_m is 0 at mid-stroke; less half the stroke if it counts from an end stop (--rig helps)";
-                self.key("offset", "\"?\"", why);
-            }
+            None => self.key("points", "\"?\"", left(&range, 0.2) + " (--rig tells the stroke)"),
         }
     }
 
@@ -185,9 +190,7 @@ impl Lines {
                 );
             }
             (Some((unit, factor)), _) if high * factor > volts && high * factor <= 2.2 * volts => {
-                self.key("unit", format!("\"{unit}\""), format!("from {}", seen.unit_from));
-                let why = format!("it reads {range} {unit}: 0 to {} V with mid at {volts} V ({origin})", 2.0 * volts);
-                self.key("offset", format!("{:?}", -volts), why);
+                points(self, 0.0, 2.0 * volts / factor, &format!("it reads {range} {unit}, so 0 to {} V", 2.0 * volts));
             }
             (None, None) if low < -1.0 && high <= 1.1 * volts && low >= -1.1 * volts => {
                 self.key("unit", "\"V\"", format!("uncertain: no unit is stated; it reads {range}"));
