@@ -119,6 +119,12 @@ const CASES: &[Case] = &[
     ("import --map map-separator.toml --from good.txt --out o.csv", &["source.separator", "pipe", "semicolon"]),
     ("import --map map-source.toml --from good.txt --out o.csv", &["column.y_m", "no source"]),
     ("import --map map-comma.toml --from good.txt --out o.csv", &["decimal_comma", "separator"]),
+    ("import --map map.toml --out o.csv", &["--from"]),
+    ("import --suggest good.txt --map map.toml", &["--map", "cannot be used"]),
+    ("import --suggest good.txt --out map.toml", &["map.toml: is there already", "--out"]),
+    ("import --suggest header.csv --out o.toml", &["header.csv", "no table of numbers"]),
+    ("import --suggest none.csv --out o.toml", &["none.csv", "check the path"]),
+    ("plot --map map.toml table.txt --out o.html", &["table.txt, line 3", "column 2", "`x`"]),
     ("frobnicate", &["frobnicate"]),
 ];
 
@@ -150,6 +156,21 @@ fn names(folder: &Path) -> Vec<String> {
         .collect();
     names.sort();
     names
+}
+
+#[test]
+fn a_volume_a_thousand_times_off_is_questioned_before_it_is_believed() {
+    let folder = folder();
+    let rig = std::fs::read_to_string(folder.path().join("rig.toml")).expect("the rig file");
+    let wrong = rig.replace("volume_a0_m3 = 2.5e-4", "volume_a0_m3 = 2.5e-1");
+    assert_ne!(wrong, rig);
+    std::fs::write(folder.path().join("wrong.toml"), wrong).expect("writable");
+    for (file, questioned) in [("rig.toml", false), ("wrong.toml", true)] {
+        let arguments = ["simulate", "--rig", file, "--input", "input.csv", "--out", "o.csv"];
+        let output = plant_sim(&arguments, folder.path());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(said.contains("warning: wrong.toml: `cylinder.volume_a0_m3`"), questioned, "{said}");
+    }
 }
 
 #[test]

@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = arguments.rig.as_deref().map(RigFile::read).transpose()?;
+    let rig = arguments.rig.as_deref().map(super::read_rig).transpose()?;
     if let Some(table) = &arguments.suggest {
         return draft(table, rig.as_ref(), arguments.out.as_deref());
     }

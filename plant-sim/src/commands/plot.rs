@@ -5,7 +5,7 @@ use super::import::describe;
 use plant_sim::charts;
 use plant_sim::import::{Imported, Mapping};
 use report_html::{Page, Tone, svg};
-use rig_files::{Log, RigFile, write_file};
+use rig_files::{Log, write_file};
 use std::path::PathBuf;
 
 /// Show a log as one HTML page with plots to zoom and hover.
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = arguments.rig.as_deref().map(RigFile::read).transpose()?;
+    let rig = arguments.rig.as_deref().map(super::read_rig).transpose()?;
     let Imported { log, notes } = match &arguments.map {
         Some(map) => Mapping::read(map)?.import(&arguments.log)?,
         None => Imported { log: Log::read(&arguments.log)?, notes: Vec::new() },
