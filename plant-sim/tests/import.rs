@@ -115,6 +115,10 @@ fn what_is_missing_is_a_gap_and_what_was_done_is_said() {
     assert_eq!(missing(&log.y_m), [false, true, false, false, false, false]);
     assert_eq!(missing(log.p_a_pa.as_deref().expect("a column")), [false, true, true, true, false, false]);
     let said = notes.join("; ");
+    // A header with a name more than the rows have fields: no row is cut off.
+    let table = "t,y,p,Comment\n0,1,2\n1,2,2\n";
+    let Imported { log, notes } = convert(&mapping("", SECONDS, BAR), table.as_bytes()).expect("a log");
+    assert_eq!((log.len(), notes.join(";").contains("cut off")), (2, false));
     for words in [
         "8 rows read",
         "1 repeated header left out",
@@ -310,7 +314,13 @@ fn a_draft_says_what_the_table_tells_and_leaves_open_what_it_does_not() {
             &["`Weg [mm]`, `Position [mm]` fit alike"],
             1,
         ),
-        ("no position", good.replace("Weg [mm]", "CH2"), Some(&rig), &["no name or unit says position"], 1),
+        (
+            "no position",
+            good.replace("Weg [mm]", "CH2"),
+            Some(&rig),
+            &["no name or unit says position", "the end stop of A", "# Not used: `CH2`"],
+            2,
+        ),
         (
             "numbered chambers",
             good.replace("Druck A", "P4"),
@@ -370,6 +380,13 @@ fn a_draft_says_what_the_table_tells_and_leaves_open_what_it_does_not() {
             Err(error) => assert_eq!(error.line, draft.open.first().map(|line| *line as u64), "{what}: {error}"),
         }
     }
+}
+
+#[test]
+fn a_table_with_one_value_in_each_row_is_refused_with_the_remedy() {
+    let table = "VarName;TimeString;VarValue\nWeg;2026-03-01 10:00:00,0;1,5\nDruck;2026-03-01 10:00:00,0;6,5\n";
+    let error = suggest::suggest_bytes(table.as_bytes(), "a.csv", None).expect_err("long").to_string();
+    assert!(error.contains("a column for each signal"), "{error}");
 }
 
 #[test]

@@ -229,8 +229,10 @@ struct Rows<'a> {
     found: &'a [Found],
     names: &'a [String],
     file: &'a str,
-    /// How many fields a row has: those of the header, or of the first row.
+    /// How many fields a row can have: those of the header, or of the first row.
     width: Option<usize>,
+    /// How many the row before had.
+    before: usize,
     clock: Clock,
     /// The time, then each other column of the mapping.
     values: Vec<Vec<f64>>,
@@ -263,7 +265,18 @@ impl<'a> Rows<'a> {
         let columns = 1 + rules.iter().filter(|rule| rule.target.is_some()).count();
         let width = mapping.header.then_some(names.len());
         let values = vec![Vec::new(); columns];
-        Self { mapping, rules, found, names, file, width, clock: Clock::default(), values, count: Count::default() }
+        Self {
+            mapping,
+            rules,
+            found,
+            names,
+            file,
+            width,
+            before: 0,
+            clock: Clock::default(),
+            values,
+            count: Count::default(),
+        }
     }
 
     fn error(&self, line: u64, problem: String, remedy: String) -> InputError {
@@ -282,10 +295,11 @@ impl<'a> Rows<'a> {
                 return Err(self.error(line, problem, remedy));
             }
         }
-        if fields.len() < width && last && self.count.rows > 0 {
+        if last && fields.len() < self.before {
             self.count.cut_off = true;
             return Ok(());
         }
+        self.before = fields.len();
         if fields.get(width..).is_some_and(|more| more.iter().any(|field| !field.is_empty())) {
             let commas = self.mapping.separator == Separator::Byte(b',') && fields.len() + 1 >= 2 * width;
             let remedy = if commas {

@@ -107,7 +107,10 @@ pub(super) fn read(text: &str) -> Option<Written> {
     let bare = text.trim().trim_start_matches(['[', '(', '{', '<']).trim_end_matches([']', '}', '>']).trim();
     // `bar(g)` keeps its bracket, `(bar)` has lost its first one.
     let bare = if bare.contains('(') { bare } else { bare.trim_end_matches(')').trim() };
-    if let Some(signal) = ["%", "mA"].into_iter().find(|signal| signal.eq_ignore_ascii_case(bare)) {
+    let percent = ["pct", "percent", "prozent"].iter().any(|word| word.eq_ignore_ascii_case(bare));
+    let signal =
+        ["%", "mA"].into_iter().find(|signal| signal.eq_ignore_ascii_case(bare) || (percent && *signal == "%"));
+    if let Some(signal) = signal {
         return Some(Written { unit: None, gauge: None, signal: Some(signal) });
     }
     if let Some(unit) = one(bare) {

@@ -7,6 +7,8 @@ use super::super::{Separator, stamps, units};
 const LOOKED_AT: usize = 1000;
 /// Part of the cells of a row that are numbers, times or missing.
 const ROW_LIKE: f64 = 0.6;
+/// The table begins where so many rows follow upon each other, or all that are left.
+const IN_A_ROW: usize = 4;
 const GROUPS: [char; 4] = ['.', ',', ' ', '\''];
 const COMMENTS: [char; 4] = ['#', '%', '!', '*'];
 
@@ -156,7 +158,11 @@ pub(super) fn find(text: &str) -> Option<Layout> {
         let cells = cells(line, separator);
         cells.len() == width && row_like(&cells, decimal_comma) >= ROW_LIKE
     };
-    let first = all.iter().position(|line| is_row(line))?;
+    // Lines above the table may look like a row, too; but rows follow upon each other.
+    let filled: Vec<usize> = (0..all.len()).filter(|at| !all[*at].trim().is_empty()).collect();
+    let begins = |at: usize| filled[at..].iter().take(IN_A_ROW).all(|line| is_row(all[*line]));
+    let any = || (0..filled.len()).find(|at| is_row(all[filled[*at]]));
+    let first = filled[(0..filled.len()).find(|at| begins(*at)).or_else(any)?];
     let rows: Vec<Vec<String>> = all[first..].iter().filter(|line| is_row(line)).map(|l| cells(l, separator)).collect();
     let between = |mark: &char| all[first..].iter().any(|line| line.trim_start().starts_with(*mark));
     let grouped = |cell: &String| (kind(cell, decimal_comma) == Kind::Grouped).then(|| group(cell, decimal_comma))?;
@@ -237,6 +243,7 @@ mod tests {
         for (text, separator, decimal_comma, skip, header, units, rows) in [
             ("t;y\n0,0;1,5\n0,1;2,5\n", semicolon, true, 0, true, false, 2),
             ("t,y\n0.0,1.5\n0.1,2.5\n", comma, false, 0, true, false, 2),
+            ("gain,2\n\nt,y\n0,1\n1,2\n2,3\n3,4\n", comma, false, 2, true, false, 4),
             ("t,y\n0.0,1.5\n0.1,2.5\n,\n", comma, false, 0, true, false, 2),
             ("made by\nx: 3\n\nt\ty\ns\tmm\n0\t1\n1\t2\n", tab, false, 3, true, true, 2),
             ("# t y\n0 1\n1 2\n# end\n", Separator::Blanks, false, 1, false, false, 2),

@@ -53,6 +53,10 @@ fn suggest_text(text: &str, file: &str, note: Option<&str>, rig: Option<&RigFile
         return Err(InputError::new(file, "has no table of numbers", remedy));
     };
     let columns = Seen::all(&layout);
+    if names::is_long(columns.iter().map(|seen| seen.name.as_str())) {
+        let remedy = "export it with a column for each signal, so that a row holds all values of one time";
+        return Err(InputError::new(file, "has one value in each row, and its name beside it", remedy));
+    }
     let mut page = Page::default();
     head(&mut page, file, note, &layout, &columns);
     let time = time::choose(&layout, &columns);
@@ -60,9 +64,11 @@ fn suggest_text(text: &str, file: &str, note: Option<&str>, rig: Option<&RigFile
     let lines = quantities::lines(&columns, &chosen, rig);
     source(&mut page, &layout, &columns, &time, lines.iter().any(|line| line.gauge));
     time.write(&mut page, &layout);
+    let used: Vec<usize> = chosen.iter().flat_map(|choice| &choice.found).chain(time.columns()).copied().collect();
     for line in lines {
         line.write(&mut page, &layout, &columns);
     }
+    unused(&mut page, &columns, &used, &chosen);
     let mut draft = Draft { open: page.open(), text: page.text(), refused: None };
     if draft.open.is_empty() {
         let tried = Mapping::parse(&draft.text, "the draft").and_then(|mapping| mapping.convert_text(text, file));
@@ -84,6 +90,25 @@ fn pick(column: Column, columns: &[Seen], taken: &[usize]) -> Choice {
     let best = columns.iter().map(fit).max().unwrap_or(0);
     let found = columns.iter().filter(|seen| best >= 2 && fit(seen) == best).map(|seen| seen.number).collect();
     Choice { column, found, sure: best >= 4 }
+}
+
+/// Columns of numbers that no name or unit gave a place, and how to give them one.
+fn unused(page: &mut Page, columns: &[Seen], used: &[usize], chosen: &[Choice]) {
+    let left = columns.iter().filter(|seen| seen.kind == Kind::Number && !used.contains(&seen.number));
+    let left: Vec<String> = left.map(Seen::called).collect();
+    let wanted = chosen.iter().filter(|choice| choice.found.is_empty() && choice.column != Column::Y);
+    let wanted: Vec<&str> = wanted.map(|choice| choice.column.name()).collect();
+    if left.is_empty() || wanted.is_empty() {
+        return;
+    }
+    page.0.push((String::new(), String::new()));
+    page.comment(format!("Not used: {}.", left.join(", ")));
+    page.comment(format!("If one of them is {}, add its table, for instance:", wanted.join(", ")));
+    page.comment("[column.p_a_pa]");
+    page.comment("from = \"NAME\"");
+    page.comment("unit = \"bar\"");
+    page.comment("points = [[0.0, 0.0], [10.0, 16.0]]   two readings and what they mean, if it reads volts: 0 V is 0 bar, 10 V 16 bar");
+    page.comment("gauge = true");
 }
 
 /// Lines of a mapping with their comments.
@@ -138,6 +163,14 @@ fn head(page: &mut Page, file: &str, note: Option<&str>, layout: &Layout, column
     page.comment("");
     let note = note.map_or(String::new(), |note| format!("; {note}"));
     page.comment(format!("The table begins in line {}: {} rows{note}.", layout.first_line, layout.rows.len()));
+    if !layout.header
+        && let Some((number, line)) = layout.above.last()
+    {
+        page.comment(format!(
+            "Line {number} above it: {}",
+            line.trim().chars().take(90).collect::<String>().escape_debug()
+        ));
+    }
     let cells = |seen: &Seen| {
         let what = match seen.kind {
             Kind::Number | Kind::Grouped => format!("{} to {}", short(seen.low), short(seen.high)),
@@ -218,7 +251,8 @@ fn source(page: &mut Page, layout: &Layout, columns: &[Seen], time: &time::Found
     }
     let mut words: Vec<&String> = Vec::new();
     for word in columns.iter().filter(|seen| seen.kind == Kind::Number).flat_map(|seen| &seen.words) {
-        if !words.contains(&word) {
+        // A number that is written in another way is no word.
+        if !words.contains(&word) && !word.contains(|c: char| c.is_ascii_digit()) {
             words.push(word);
         }
     }

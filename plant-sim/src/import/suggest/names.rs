@@ -87,11 +87,18 @@ pub(super) fn is_index(name: &str) -> bool {
         || Words::of(name).are(&["nr", "no", "index", "sample", "samples", "zeile", "lfd", "n", "scan", "row", "count"])
 }
 
+/// Whether the names are those of a table with one value in each row, and its name beside it.
+pub(super) fn is_long<'a>(names: impl Iterator<Item = &'a str> + Clone) -> bool {
+    let one = |words: &[&str]| names.clone().any(|name| words.contains(&name.to_lowercase().as_str()));
+    one(&["varname", "variable", "tag", "tagname", "signal", "channel", "kanal"])
+        && one(&["varvalue", "value", "wert", "messwert"])
+}
+
 /// Whether a name is that of a time.
 pub(super) fn is_time(name: &str) -> bool {
     let words = Words::of(name);
     words.contain(&["zeit", "time", "datum", "stamp", "elapsed", "sekunde", "second"])
-        || words.are(&["t", "date", "clock"])
+        || words.are(&["t", "ts", "date", "clock"])
 }
 
 /// How well a name and a unit fit a column of the log: 0 not at all, 2 perhaps, 3 and more well.

@@ -52,6 +52,15 @@ pub(super) fn lines(columns: &[Seen], choices: &[Choice], rig: Option<&RigFile>)
             };
             let seen = seen(choice);
             match (choice.column, seen.first()) {
+                (Column::Y, None) => {
+                    let half = 0.5e3 * stroke_m(rig);
+                    lines.key("unit", "\"mm\"", "of what the points mean");
+                    let why = format!(
+                        "left to you: what does it read at the end stop of A, and at that of B? 0 to 10 V: [[0.0, {:?}], [10.0, {half:?}]]",
+                        -half
+                    );
+                    lines.key("points", "\"?\"", why);
+                }
                 (_, None) => {}
                 (Column::Y | Column::YRef, Some(seen)) => lines.length(seen, rig),
                 (Column::U, Some(seen)) => lines.command(seen, rig),
@@ -64,6 +73,11 @@ pub(super) fn lines(columns: &[Seen], choices: &[Choice], rig: Option<&RigFile>)
             lines
         })
         .collect()
+}
+
+/// The stroke, or one for an example.
+fn stroke_m(rig: Option<&RigFile>) -> f64 {
+    rig.map_or(0.2, |rig| rig.rig.cylinder.stroke_m)
 }
 
 impl Lines {
@@ -132,7 +146,7 @@ impl Lines {
         }
         let (low, high) = (seen.low * factor, seen.high * factor);
         let ends = |stroke: f64| {
-            let [stroke, half] = [stroke, 0.5 * stroke].map(|m| (m / factor * 1.0e6).round() * 1.0e-6);
+            let [stroke, half] = [stroke, 0.5 * stroke].map(|m| (m / factor * 1.0e6).round() / 1.0e6);
             format!("[[0.0, {:?}], [{stroke:?}, {half:?}]]", -half)
         };
         let left = |range: &str, stroke: f64| {
@@ -161,7 +175,7 @@ impl Lines {
             None if low < -0.2 * (high - low) => {
                 self.key("offset", "0.0", "uncertain: it reads below zero, so it seems to count from mid-stroke");
             }
-            None => self.key("points", "\"?\"", left(&range, 0.2) + " (--rig tells the stroke)"),
+            None => self.key("points", "\"?\"", left(&range, stroke_m(None)) + " (--rig tells the stroke)"),
         }
     }
 
