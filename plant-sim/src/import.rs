@@ -52,12 +52,12 @@ struct ColumnRule {
     offset: f64,
     /// Two readings and what they mean in `unit`.
     points: Option<[[f64; 2]; 2]>,
-    time: Time,
+    time: TimeCells,
 }
 
 /// What the cells of the time column are.
 #[derive(Clone, Debug, PartialEq)]
-enum Time {
+enum TimeCells {
     Number,
     DateTime { format: Option<String> },
     Clock,
@@ -294,7 +294,7 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
         sign: 1.0,
         offset: 0.0,
         points: None,
-        time: Time::Number,
+        time: TimeCells::Number,
     };
     let numbered = |key: &Entry<'_>| {
         let remedy = "give the column's number from 1, or set source.header = true";
@@ -353,9 +353,9 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
             "time" | "format" if target.is_some() => return Err(key.error("belongs to [column.t_s] only", "remove it")),
             "time" => {
                 rule.time = match key.string()? {
-                    "number" => Time::Number,
-                    "datetime" => Time::DateTime { format: None },
-                    "clock" => Time::Clock,
+                    "number" => TimeCells::Number,
+                    "datetime" => TimeCells::DateTime { format: None },
+                    "clock" => TimeCells::Clock,
                     other => {
                         let problem = format!("= \"{}\" is not known", other.escape_debug());
                         return Err(key.error(problem, "use \"number\", \"datetime\" or \"clock\" (time of day)"));
@@ -374,13 +374,13 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
         }
     }
     match (&mut rule.time, format) {
-        (Time::DateTime { format }, Some((text, _))) => *format = Some(text),
+        (TimeCells::DateTime { format }, Some((text, _))) => *format = Some(text),
         (_, Some((_, key))) => return Err(key.error("needs `time = \"datetime\"`", "add it, or remove the format")),
         _ => {}
     }
     rule.source = source
         .ok_or_else(|| entry.error("has no source", "add `from = NUMBER`, `from = \"NAME\"` or `value = NUMBER`"))?;
-    if rule.time == Time::Number && matches!(rule.source, Source::Joined(_)) {
+    if rule.time == TimeCells::Number && matches!(rule.source, Source::Joined(_)) {
         return Err(entry.error("joins columns", "add `time = \"datetime\"`"));
     }
     if matches!(rule.source, Source::Constant(_)) {

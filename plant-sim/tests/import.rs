@@ -338,6 +338,20 @@ fn a_draft_says_what_the_table_tells_and_leaves_open_what_it_does_not() {
             1,
         ),
         (
+            "day and month in a column of its own, halves of the day",
+            table("Date,Time,Weg [mm],u [V]", ",", |part| {
+                vec![
+                    "3/13/2026".into(),
+                    format!("10:00:{:07.4} PM", 50.0 * part),
+                    number(200.0 * part),
+                    number(4.0 - 8.0 * part),
+                ]
+            }),
+            Some(&rig),
+            &["from = [\"Date\", \"Time\"]", "format = \"%m/%d/%Y %I:%M:%S%.f %p\""],
+            0,
+        ),
+        (
             "stamps of whole seconds",
             table("Zeit;Weg [mm];u [V]", ";", |part| {
                 vec![
@@ -416,8 +430,6 @@ fn any_table() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
     #[test]
     fn any_bytes_give_a_log_or_one_error(
         table in any_table(),

@@ -4,7 +4,7 @@ use super::cells::Cell;
 use super::hints::{self, Place};
 use super::stamps::{self, DAY_NS, SECOND_NS};
 use super::units::{self, Quantity};
-use super::{ColumnRule, Mapping, Separator, Source, Time};
+use super::{ColumnRule, Mapping, Separator, Source, TimeCells};
 use rig_files::{Column, InputError, Log};
 
 /// A log, and sentences about what was done to get it.
@@ -407,7 +407,7 @@ impl<'a> Rows<'a> {
             return Ok(None);
         }
         let wrong = |rows: &Self| Err(rows.wrong(rule, place, &cell, line));
-        if rule.time == Time::Number {
+        if rule.time == TimeCells::Number {
             let Cell::Number(value) = self.mapping.numbers.read(&cell, rule.unit.as_ref().map(|unit| &unit.0[..]))
             else {
                 return wrong(self);
@@ -420,7 +420,7 @@ impl<'a> Rows<'a> {
                 value * factor + rule.offset
             }));
         }
-        let ns = if let Time::DateTime { format } = &rule.time {
+        let ns = if let TimeCells::DateTime { format } = &rule.time {
             let stamp = match format {
                 Some(format) => stamps::formatted(&cell, format),
                 None => self.clock.reader.read(&cell),

@@ -2,7 +2,7 @@
 
 use super::cells::Numbers;
 use super::units::Quantity;
-use super::{ColumnRule, Separator, Time, stamps, units};
+use super::{ColumnRule, Separator, TimeCells, stamps, units};
 
 /// What the hints may look at.
 pub(super) struct Place<'a> {
@@ -22,9 +22,9 @@ pub(super) fn of(cell: &str, place: &Place<'_>) -> (String, String) {
     let shown: String = cell.trim().chars().take(40).flat_map(char::escape_debug).collect();
     let Place { map, rule, column, .. } = place;
     let wanted = match rule.time {
-        Time::Number => "a number",
-        Time::DateTime { .. } => "a date with a time",
-        Time::Clock => "a time of day",
+        TimeCells::Number => "a number",
+        TimeCells::DateTime { .. } => "a date with a time",
+        TimeCells::Clock => "a time of day",
     };
     let (what, remedy) = what(cell.trim(), place);
     let what = if what.is_empty() { String::new() } else { format!(", {what},") };
@@ -37,7 +37,7 @@ pub(super) fn of(cell: &str, place: &Place<'_>) -> (String, String) {
 /// What the cell seems to be, and the line to write; `[t_s]` and `[s]` stand for the table it belongs to.
 fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
     let is_time = place.rule.target.is_none();
-    let stated = matches!(&place.rule.time, Time::DateTime { format: Some(_) });
+    let stated = matches!(&place.rule.time, TimeCells::DateTime { format: Some(_) });
     let kind = if stamps::Reader::default().read(cell).is_some() || stamps::formats(cell).is_some() {
         Some(("a date with a time", "datetime"))
     } else {
@@ -57,7 +57,7 @@ fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
         (Some((what, time)), true) => return (what, format!("set `time = \"{time}\"` [t_s]")),
         (None, _) => {}
     }
-    if is_time && place.rule.time != Time::Number {
+    if is_time && place.rule.time != TimeCells::Number {
         let number = place.numbers.number(cell).is_some();
         return if number {
             ("a number", "remove `time` [t_s] and give the `unit`".into())

@@ -154,16 +154,17 @@ pub(super) fn find(text: &str) -> Option<Layout> {
         }
     }
     let (_, separator, decimal_comma, width) = best?;
-    let is_row = |line: &str| {
+    let row = |line: &&str| {
         let cells = cells(line, separator);
-        cells.len() == width && row_like(&cells, decimal_comma) >= ROW_LIKE
+        (cells.len() == width && row_like(&cells, decimal_comma) >= ROW_LIKE).then_some(cells)
     };
+    let rows: Vec<Option<Vec<String>>> = all.iter().map(row).collect();
     // Lines above the table may look like a row, too; but rows follow upon each other.
     let filled: Vec<usize> = (0..all.len()).filter(|at| !all[*at].trim().is_empty()).collect();
-    let begins = |at: usize| filled[at..].iter().take(IN_A_ROW).all(|line| is_row(all[*line]));
-    let any = || (0..filled.len()).find(|at| is_row(all[filled[*at]]));
-    let first = filled[(0..filled.len()).find(|at| begins(*at)).or_else(any)?];
-    let rows: Vec<Vec<String>> = all[first..].iter().filter(|line| is_row(line)).map(|l| cells(l, separator)).collect();
+    let begins = |at: &usize| filled[*at..].iter().take(IN_A_ROW).all(|line| rows[*line].is_some());
+    let any = || (0..filled.len()).find(|at| rows[filled[*at]].is_some());
+    let first = filled[(0..filled.len()).find(begins).or_else(any)?];
+    let rows: Vec<Vec<String>> = rows.into_iter().skip(first).flatten().collect();
     let between = |mark: &char| all[first..].iter().any(|line| line.trim_start().starts_with(*mark));
     let grouped = |cell: &String| (kind(cell, decimal_comma) == Kind::Grouped).then(|| group(cell, decimal_comma))?;
     let mut layout = Layout {

@@ -149,8 +149,7 @@ impl Seen {
     pub(super) fn formats(&self) -> Option<Vec<String>> {
         let mut ways: Option<[Option<String>; 2]> = None;
         for stamp in &self.stamps {
-            let clock = if stamp.contains(':') { stamp.clone() } else { format!("{stamp} 00:00:00") };
-            let now = stamps::formats(&clock)?;
+            let now = stamps::formats(stamp)?;
             ways = Some(match ways {
                 None => now,
                 Some([day, month]) => [day.filter(|_| now[0].is_some()), month.filter(|_| now[1].is_some())],

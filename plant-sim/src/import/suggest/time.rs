@@ -126,10 +126,8 @@ fn stamped(layout: &Layout, columns: &[Seen], seen: &Seen, date: Option<&Seen>) 
         taken.push(date.number);
         source = format!("[{}, {}]", from(date, columns, layout), source);
         (kind, why) = ("datetime", "date and time stand in two columns".into());
-        if let Some(ways) = date.formats() {
-            // The time of the format that was made up for midnight is that of the other column.
-            formats = ways;
-        }
+        let stamps = date.stamps.iter().zip(&seen.stamps).map(|(date, time)| format!("{date} {time}")).collect();
+        formats = Seen { stamps, ..date.clone() }.formats().unwrap_or_default();
     }
     if kind == "datetime" && source.starts_with('[') && !source.contains('"') {
         // Columns can be joined by name only.
