@@ -6,6 +6,7 @@ use super::observer::{Estimate, Opening};
 use super::*;
 use crate::config::Config;
 use crate::parameters::{LawChoice, Parameters};
+use crate::quantities::Velocity;
 
 fn tuning() -> Tuning {
     tuning_at(1000)

@@ -89,8 +89,9 @@ impl Motion {
         } else if at_low >= 0.0 {
             low
         } else {
-            // Regula falsi with halved ends (Illinois).
+            // Regula falsi; an end that stays twice in a row counts half (Illinois).
             let mut a = low;
+            let mut side = 0.0;
             for _ in 0..6 {
                 a = low + (high - low) * (-at_low / (at_high - at_low));
                 let at = beyond(a);
@@ -99,11 +100,12 @@ impl Motion {
                 }
                 if at > 0.0 {
                     (high, at_high) = (a, at);
-                    at_low /= 2.0;
+                    at_low *= if side > 0.0 { 0.5 } else { 1.0 };
                 } else {
                     (low, at_low) = (a, at);
-                    at_high /= 2.0;
+                    at_high *= if side < 0.0 { 0.5 } else { 1.0 };
                 }
+                side = at;
             }
             a
         };
