@@ -236,17 +236,22 @@ impl Seen {
         let step = times(tick, jerk);
         let so_far = self.v + times(half_tick, self.a);
         // The acceleration after the tick is at most `a`, and at most that from which the speed limit is just reached. Towards
-        // the other side the same with all signs changed.
+        // the other side the same with all signs changed. Going back to zero takes a tick at least: `a T / 2` of speed where that
+        // is more than `a² / 2 J`. (Without that the acceleration changed its side each tick along the limit.)
         let below = |a: i32, room: i32| {
-            let half_square = times(times(a, a) >> 1, per_jerk);
-            if times(half_tick, a) + if a < 0 { -half_square } else { half_square } <= room {
+            let (size, distance) = (a.saturating_abs(), room.saturating_abs());
+            let back = times(times(size, size) >> 1, per_jerk).max(times(half_tick, size));
+            if times(half_tick, a) + if a < 0 { -back } else { back } <= room {
                 return a;
             }
-            let quarter = times(half_tick, half_tick);
-            // Below 2 · 9 · 2 of 64.
-            let twice = times(room.saturating_abs(), per_jerk).unsigned_abs() << 1;
-            let root = times((root_q26(twice + quarter.unsigned_abs()) as i32) - half_tick, jerk);
-            if room < 0 { -root } else { root }
+            let most = if distance <= times(tick, step) {
+                quotient(distance, tick.unsigned_abs(), 26)
+            } else {
+                // Below 2 · 9 · 2 of 64.
+                let twice = times(distance, per_jerk).unsigned_abs() << 1;
+                times((root_q26(twice + times(half_tick, half_tick).unsigned_abs()) as i32) - half_tick, jerk)
+            };
+            if room < 0 { -most } else { most }
         };
         let low = -below((step - self.a).min(most), speed + so_far);
         let high = below((self.a + step).min(most), speed - so_far);
