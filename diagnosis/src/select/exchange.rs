@@ -42,7 +42,6 @@ fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
 /// Replaces causes one at a time as long as that lowers the penalised cost, beginning with the cause whose removal
 /// costs least. Returns the best fit, and for each of its causes the alternatives that were fitted.
 pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
-    let mut exchanges = 0;
     let mut seen = Vec::new();
     loop {
         let effects = &best.hypothesis.effects;
@@ -55,9 +54,7 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
         for place in order {
             let Some(without) = without[place].clone() else { continue };
             let found = alternatives(problem, &best, effects[place], without, memory);
-            if exchanges < constants::exchanges() {
-                exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
-            }
+            exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
             all[place] = Some(found);
             if exchanged.is_some() {
                 break;
@@ -67,12 +64,11 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
             Some(fit) => best = fit,
             None => return (best, all),
         }
-        exchanges += 1;
     }
 }
 
-/// The best of some exchanges after backward elimination, if its penalised cost is lower than the present one.
-/// Exchanges with causes and cost that were `seen` before are left out.
+/// The best of some exchanges, after backward elimination, if its penalised cost is lower than the present one and its causes and
+/// cost were not `seen` before.
 fn best_exchange(
     problem: &Problem<'_>,
     best: &Fit,
@@ -84,20 +80,14 @@ fn best_exchange(
     // needless.
     let likelier =
         |fit: &&Fit| cost_before_pruning(problem, fit) < enough || fit.cost(problem) < cost - constants::likelier();
-    let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
-    likelier.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
-    let mut new = |fit: &&Fit| {
-        let (effects, cost) = (&fit.hypothesis.effects, fit.cost(problem));
-        let known =
-            seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < constants::same_fit());
-        seen.push((effects.clone(), cost));
-        !known
-    };
-    let likelier: Vec<&Fit> = likelier.into_iter().take(constants::pruned_to_the_end()).filter(&mut new).collect();
-    let pruned = likelier.into_iter().map(|fit| prune(problem, fit.clone()));
-    pruned
-        .filter(|fit| penalised_cost(problem, fit) < enough)
-        .min_by(|a, b| penalised_cost(problem, a).total_cmp(&penalised_cost(problem, b)))
+    let first = (instead.iter().filter(likelier))
+        .min_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)))?;
+    let (effects, cost) = (&first.hypothesis.effects, first.cost(problem));
+    if seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < constants::same_cost()) {
+        return None;
+    }
+    seen.push((effects.clone(), cost));
+    Some(prune(problem, first.clone())).filter(|fit| penalised_cost(problem, fit) < enough)
 }
 
 /// A cause and its image are equivalent if a third effect (the companion) takes another value. Of the two, chooses the

@@ -41,10 +41,10 @@ fn forward_selection(
             next.hypothesis.effects.last().is_some_and(|added| shortfall(problem, next, &current, *added) < 0.0)
         };
         let fits = extensions(problem, &current, &Wanted::any(problem), memory);
-        let mut pruned =
-            fits.into_iter().filter(enough).take(constants::pruned_to_the_end()).map(|next| prune(problem, next));
-        let before = penalised_cost(problem, &current);
-        let Some(next) = pruned.find(|next| penalised_cost(problem, next) < before) else { break };
+        let Some(next) = fits.into_iter().find(enough).map(|next| prune(problem, next)) else { break };
+        if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
+            break;
+        }
         current = next;
     }
     current
