@@ -185,28 +185,14 @@ impl Specimen {
         std::f64::consts::FRAC_PI_2 * opening
     }
 
-    /// What a cushion leaves of the exhaust of a chamber whose end is `distance` away.
-    fn cushion(&self, distance: f64) -> f64 {
-        match self.physics.outside.cushion {
-            Some([length, remaining]) if distance < length => remaining,
-            _ => 1.0,
-        }
-    }
-
     /// Rates of the two chamber pressures and of the supply at constant piston.
     fn gas_rates(&self, p_a: f64, p_b: f64, supply: f64, opening: f64, now: f64) -> [f64; 3] {
         let ph = &self.physics;
         let amount = opening.abs();
-        let (into_a, into_b, drawn);
-        if opening >= 0.0 {
-            into_a = ph.flow_to_chamber(0, true, amount, supply, p_a);
-            into_b = ph.flow_to_chamber(1, false, amount, supply, p_b) * self.cushion(ph.half_stroke - self.y);
-            drawn = into_a;
-        } else {
-            into_a = ph.flow_to_chamber(0, false, amount, supply, p_a) * self.cushion(ph.half_stroke + self.y);
-            into_b = ph.flow_to_chamber(1, true, amount, supply, p_b);
-            drawn = into_b;
-        }
+        let fills_a = opening >= 0.0;
+        let into_a = ph.flow_near_end(ph.half_stroke + self.y, 0, fills_a, amount, supply, p_a);
+        let into_b = ph.flow_near_end(ph.half_stroke - self.y, 1, !fills_a, amount, supply, p_b);
+        let drawn = if fills_a { into_a } else { into_b };
         let mut into = [into_a, into_b];
         effects::flow(&ph.present, &Gas { p_a, p_b, atmosphere: ph.atmosphere_pa }, &mut into);
         let [q_a, q_b] = into;
@@ -220,7 +206,11 @@ impl Specimen {
         };
         [
             chamber(ph.volume_a + ph.area_a * self.y, ph.area_a, self.v, p_a, q_a),
-            chamber(ph.volume_b - ph.area_b * self.y, ph.area_b, -self.v, p_b, q_b),
+            if ph.spring.is_some() {
+                0.0
+            } else {
+                chamber(ph.volume_b - ph.area_b * self.y, ph.area_b, -self.v, p_b, q_b)
+            },
             if ph.droop > 0.0 { (self.source(now) - ph.droop * drawn - supply) / ph.droop_s } else { 0.0 },
         ]
     }
@@ -275,6 +265,9 @@ impl Specimen {
         let ph = &self.physics;
         // What one side has more of area also feels the atmosphere from outside.
         let mut push = ph.area_b * (self.p_a - self.p_b) + (ph.area_a - ph.area_b) * (self.p_a - ph.atmosphere_pa);
+        if let Some([rate, preload]) = ph.spring {
+            push -= preload + rate * (ph.half_stroke + self.y);
+        }
         push -= ph.mass * ph.gravity;
         effects::push(&ph.present, self.y, self.v, &mut push);
         let outward = self.y.signum();
