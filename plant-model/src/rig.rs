@@ -663,6 +663,12 @@ mod tests {
             "coulomb_n" => (rig.friction.static_n, rig.friction.breakaway_m) = (R::of(1.0e6), R::ZERO),
             "static_n" => (rig.friction.coulomb_n, rig.friction.breakaway_m) = (R::of(1.0e-6), R::ZERO),
             "breakaway_m" => rig.friction.stiffness_n_per_m = R::ONE,
+            _ if key.table.starts_with("cushion") => {
+                rig.cylinder.stroke_m = R::of(2.0);
+                let c = &mut rig.cushions;
+                (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa) = (R::ONE, R::of(1.0e-9));
+                (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa) = (R::ONE, R::of(1.0e-9));
+            }
             "length_m" | "diameter_m" => {
                 let hoses = &mut rig.hoses;
                 (hoses.a_length_m, hoses.a_diameter_m) = (R::ONE, R::of(0.01));

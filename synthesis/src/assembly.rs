@@ -142,6 +142,7 @@ impl Physics {
             Foreign::SupplyPulsation => out.pulsation = Some(*p),
             Foreign::FrictionDrift => out.running_in = Some(*p),
             Foreign::SpoolSlew => out.slew = Some(p[0]),
+            Foreign::WallHeat => out.walls = Some(p[0]),
         }
     }
 

@@ -84,6 +84,8 @@ pub(crate) struct Outside {
     pub(crate) running_in: Option<[f64; 2]>,
     /// V/s.
     pub(crate) slew: Option<f64>,
+    /// Heat transfer coefficient of the walls, W/(m2 K): the air's temperature is then a state.
+    pub(crate) walls: Option<f64>,
 }
 
 /// A part of the load that is not rigidly attached.
