@@ -5,7 +5,7 @@
 //! G / M = γ (c_fill (f_sup − f_a) / (l_a + y) + c_exh (f_b − f_atm) / (l_b − y))   c = R T β / A,  l = V_0 / A
 //! ```
 
-use super::factor::{Factor, quotient};
+use super::factor::{Factor, Share, quotient};
 use super::{Acceleration, Jerk, Stiffness};
 use crate::arithmetic::{limit, multiply, saturate};
 use crate::quantities::{Position, Pressure, Velocity};
@@ -16,7 +16,7 @@ pub(crate) struct Chambers {
     /// Force of a pressure, `A / M`.
     pub(crate) per_pa: Factor<Pressure, Acceleration>,
     /// How fast stiffness and slopes follow the measured pressures, per tick.
-    pub(crate) follow: Factor<Acceleration, Acceleration>,
+    pub(crate) follow: Share<Acceleration, Acceleration>,
     /// Volumes at mid-stroke over the area, `l_a` and `l_b`.
     pub(crate) lengths: [Position; 2],
     /// `γ c_fill` and `γ c_exh`, for one radian of opening.

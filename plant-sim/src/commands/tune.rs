@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let file = RigFile::read(&arguments.rig.rig)?;
+    let file = super::read_rig(&arguments.rig.rig)?;
     if file.rig.cylinder.is_single_acting() {
         return Err(CliError::Usage(
             "the positioning law needs two driven chambers; a single-acting cylinder is held by the paper's law: \
