@@ -94,7 +94,8 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
         let leans = |k: &usize| {
             let (p_a, p_b) = (record.p_a_smooth.value[*k], record.p_b_smooth.value[*k]);
             let force = (p_a - p_b) * rig.cylinder.area_b_m2
-                + (rig.cylinder.area_a_m2 - rig.cylinder.area_b_m2) * (p_a - rig.supply.atmosphere_pa);
+                + (rig.cylinder.area_a_m2 - rig.cylinder.area_b_m2) * (p_a - rig.supply.atmosphere_pa)
+                - rig.cylinder.spring_force_n(record.y_m[*k]);
             (side * record.y_m[*k] / half - 1.0).abs() < constants::near_end()
                 && side * force > enough_n
                 && record.motion.slope[*k].abs() < at_rest

@@ -13,13 +13,17 @@ const S: Channels = Channel::Supply.bit();
 /// The nominal values that are corrected within their tolerance, with the channels they act on.
 ///
 /// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
-const CORRECTED: [(&str, Channels); 14] = [
+const CORRECTED: [(&str, Channels); 18] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
     ("valve.fill_conductance_m3_per_s_pa", A | B),
     ("valve.exhaust_conductance_m3_per_s_pa", A | B),
     ("cylinder.volume_a0_m3", A),
     ("cylinder.volume_b0_m3", B),
+    ("cushion_a.conductance_m3_per_s_pa", A),
+    ("cushion_b.conductance_m3_per_s_pa", B),
+    ("cylinder.spring_n_per_m", Y),
+    ("cylinder.spring_preload_n", Y),
     ("load.mass_kg", Y),
     ("friction.coulomb_n", Y),
     ("friction.static_n", Y),

@@ -131,6 +131,16 @@ fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, a
         relieving.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
     scores.iter_mut().for_each(|score| *score *= scoring.ratio);
+    // What acts on a part of the way only may act nowhere in the subset: there the gain of the initial values counts, in
+    // the whole log.
+    let local = |k: &usize| open[*k].0.identification().acts_locally;
+    let gain = |k: usize| {
+        let started = problem.evaluate_as_is(extended[k].clone());
+        (k, started.map_or(0.0, |started| (from.cost(problem) - started.cost(problem)).max(0.0)))
+    };
+    let local: Vec<(usize, f64)> =
+        (0..open.len()).filter(local).collect::<Vec<_>>().into_par_iter().map(gain).collect();
+    local.into_iter().for_each(|(k, gain)| scores[k] = scores[k].max(gain));
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
