@@ -412,6 +412,24 @@ constants! {
         most_causes: usize = 4, "",
             "No more causes are composed.",
             "one more than is ever named";
+        most_effort: f64 = 400.0, "million samples",
+            "Once the balances have run over so many samples, no more causes are exchanged.",
+            "16 s of one core, so 10 s on two; of twenty logs answered rightly one needs more";
+        most_effort_open: f64 = 150.0, "million samples",
+            "The same while a balance is wide open, and no search begins anew from other first causes.",
+            "6 s of one core: by then hardly any search came to a name";
+        most_effort_supported: f64 = 150.0, "million samples",
+            "What the extended rig should have besides is looked for with so much more.",
+            "6 s of one core";
+        most_supported: usize = 12, "",
+            "Most effects of an extended rig.",
+            "a rig with everything that data sheets leave out has about ten";
+        support_iterations: usize = 6, "",
+            "Iterations of fits of an extended rig before the last one.",
+            "bounds the time";
+        support_candidates: usize = 5, "",
+            "Effects tried at once for it, best score first.",
+            "bounds the time";
         restarts: usize = 2, "",
             "Other first causes tried where a search ends wide open.",
             "the second or third best first cause led to the truth in the two logs that failed without";
@@ -471,6 +489,12 @@ constants! {
         run_in_s: f64 = 0.15, "s",
             "The spool runs in for this long before each restart.",
             "ten times a valve lag of 10 ms";
+        restart_s: f64 = 0.06, "s",
+            "So much before a restart tells by how much the model that ran in is behind, and how fast it falls back.",
+            "60 samples at 1 kHz: 0.4 mm/s of error from 50 um of noise, less than the centred window of the velocity";
+        least_restart_rows: usize = 4, "samples",
+            "And no fewer samples.",
+            "a line through three has one to spare";
         term_gain: f64 = 25.0, "log-likelihood",
             "A term outside the catalogue must gain this.",
             "three times a cause's penalty: no physics of its own speaks for it";

@@ -8,6 +8,7 @@ use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
 use crate::estimate::derivatives::regularised;
+use crate::estimate::effort::Effort;
 use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::Problem;
 use crate::model::hypothesis::Hypothesis;
@@ -77,7 +78,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
         return None;
     }
     let nominal = nominal::nominal_parameters(rig, judgeable, record.available.supply);
-    let signals = Signals::default();
+    let (signals, effort) = (Signals::default(), Effort::default());
     let problem = Problem {
         rig,
         record: &record,
@@ -85,6 +86,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
         judgeable,
         nominal: &nominal,
         signals: &signals,
+        effort: &effort,
         terms: &[],
         dispersion: [1.0; 4],
         judged: OnceLock::new(),

@@ -3,7 +3,7 @@
 use super::backward::{prune, refit_without};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
-use super::penalty::{cost_before_pruning, open, penalised_cost};
+use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -53,7 +53,12 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
         let mut exchanged = None;
         for place in order {
             let Some(without) = without[place].clone() else { continue };
-            let found = alternatives(problem, &best, effects[place], without, memory);
+            // Where too much is spent a cause keeps its place, and ties that its file does not state stay untold.
+            let found = if exhausted(problem, &best) {
+                Alternatives { without, instead: Vec::new() }
+            } else {
+                alternatives(problem, &best, effects[place], without, memory)
+            };
             exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
             all[place] = Some(found);
             if exchanged.is_some() {
@@ -65,6 +70,12 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
             None => return (best, all),
         }
     }
+}
+
+/// Whether so much is spent that no more exchanges are tried: less where names are out of reach.
+fn exhausted(problem: &Problem<'_>, best: &Fit) -> bool {
+    let most = if out_of_reach(problem, best) { constants::most_effort_open() } else { constants::most_effort() };
+    problem.effort.millions() > most
 }
 
 /// The best of some exchanges, after backward elimination, if its penalised cost is lower than the present one and its causes and
@@ -137,6 +148,9 @@ pub(crate) fn exchange_images(
         return (best, all);
     }
     for effect in best.hypothesis.effects.clone() {
+        if exhausted(problem, &best) {
+            break;
+        }
         let Some(image) = fit_image(problem, &best, effect) else { continue };
         let (other, alternatives) = exchange(problem, image, memory);
         if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {

@@ -67,14 +67,14 @@ impl Memory {
 }
 
 /// A candidate effect with its initial values and its score: the gain predicted to first order.
-struct Candidate {
-    effect: Effect,
-    starts: Vec<Vec<f64>>,
-    predicted: f64,
+pub(crate) struct Candidate {
+    pub(crate) effect: Effect,
+    pub(crate) starts: Vec<Vec<f64>>,
+    pub(crate) predicted: f64,
 }
 
 /// What the score test of candidates needs: a subset of the data, and the Jacobian of the fit on it.
-struct Scoring<'a> {
+pub(crate) struct Scoring<'a> {
     subset: Problem<'a>,
     /// Ratio of all data to the subset, by which scores are multiplied.
     ratio: f64,
@@ -84,7 +84,7 @@ struct Scoring<'a> {
 }
 
 impl<'a> Scoring<'a> {
-    fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
+    pub(crate) fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
         let (subset, ratio) = problem.subset();
         let slopes = subset.jacobian(from)?;
         let relax = || {
@@ -96,14 +96,24 @@ impl<'a> Scoring<'a> {
         Some(Self { subset, ratio, slopes, relaxed })
     }
 
+    /// The subset of the data.
+    pub(crate) fn subset(&self) -> &Problem<'a> {
+        &self.subset
+    }
+
     /// The Jacobian for a candidate that begins with strained nominal values back at nominal (`anew`) or as fitted.
-    fn jacobian(&self, anew: bool) -> &Jacobian {
+    pub(crate) fn jacobian(&self, anew: bool) -> &Jacobian {
         self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
     }
 }
 
 /// The candidates for one more cause that acts on some channels, highest score first.
-fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, acting: Channels) -> Vec<Candidate> {
+pub(crate) fn ranked_candidates(
+    problem: &Problem<'_>,
+    from: &Fit,
+    scoring: &Scoring<'_>,
+    acting: Channels,
+) -> Vec<Candidate> {
     // Initial values of effects that are periodic along the stroke.
     let wavelengths_m = if acting & Channel::Position.bit() == 0 { Vec::new() } else { wavelengths(problem, from) };
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)

@@ -120,6 +120,11 @@ pub(crate) fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, constants::wide_open(), |channel| fit.cost_in(problem, channel.bit()))
 }
 
+/// The same, whatever over-dispersion has been found: names are out of reach.
+pub(crate) fn out_of_reach(problem: &Problem<'_>, fit: &Fit) -> bool {
+    any_beyond(problem, constants::wide_open(), |channel| fit.channel_cost[channel as usize])
+}
+
 /// Whether a fit leaves a balance far from white noise.
 pub(crate) fn open(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, constants::open(), |channel| fit.channel_cost[channel as usize])

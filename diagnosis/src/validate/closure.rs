@@ -40,8 +40,8 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
     judged(problem)
         .map(|channel| {
             let index = channel as usize;
-            let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
-            let white = COST_OF_NOISE * (settled / averaged).max(1) as f64;
+            // Of the samples that were judged, however many of the channel are masked.
+            let white = COST_OF_NOISE * (2.0 * problem.noise_cost(channel.bit())).max(1.0);
             let extended_misfit = found.best.channel_cost[index] / white;
             let misfit = misfit(&innovations[1].channels[index], averaged);
             Balance {

@@ -47,7 +47,9 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let held = explains_excess(problem, found, balances) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
     let confirmed = few && most && held;
-    let superseded = superseded(problem, found);
+    // Only where a name is in reach: the search for such terms takes its time.
+    let in_reach = confirmed && found.best.hypothesis.effects.iter().any(|e| effects::channels(*e) & open == 0);
+    let superseded = if in_reach || open == 0 { superseded(problem, found) } else { Vec::new() };
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
