@@ -224,6 +224,25 @@ parameters! {
     HoseADiameter = 96: rig.a_diameter_m as "hose_a_diameter_m";
     HoseBLength = 97: rig.b_length_m as "hose_b_length_m";
     HoseBDiameter = 98: rig.b_diameter_m as "hose_b_diameter_m";
+    ServoAreaB = 100: control.servo_area_b_m2_per_kg;
+    ServoFillB = 101: control.servo_fill_b_m_per_s;
+    ServoExhaustB = 102: control.servo_exhaust_b_m_per_s;
+    ServoRestB = 103: control.servo_rest_b_pa;
+    ServoFillCriticalRatio = 104: control.servo_fill_critical_ratio;
+    ServoExhaustCriticalRatio = 105: control.servo_exhaust_critical_ratio;
+    ServoDelay = 106: control.servo_delay_s;
+    ServoOpening1 = 107: control.servo_opening_1_v;
+    ServoOpening2 = 108: control.servo_opening_2_v;
+    ServoOpening3 = 109: control.servo_opening_3_v;
+    ServoOpening4 = 110: control.servo_opening_4_v;
+    ServoOpening5 = 111: control.servo_opening_5_v;
+    ServoOpening6 = 112: control.servo_opening_6_v;
+    ServoOpening7 = 113: control.servo_opening_7_v;
+    ServoOpening8 = 114: control.servo_opening_8_v;
+    ServoOpening9 = 115: control.servo_opening_9_v;
+    ServoOpening10 = 116: control.servo_opening_10_v;
+    ServoLead = 117: control.servo_lead_s;
+    ServoStickSlip = 118: control.servo_stick_slip;
 }
 
 impl ParameterInfo {

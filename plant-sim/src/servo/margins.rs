@@ -35,10 +35,10 @@ pub struct Demand {
 const NOISE_OVER_REST: f64 = 20.0 / 45.0;
 
 impl Margins {
-    /// Of the loop `(3 w s² + 3 w² s + w³) / s³ · exp(-1.5 T s) / (1 + lag s)`.
+    /// Of the loop `(3 w s² + 3 w² s + w³) / s³ · exp(-(1.5 T + delay) s) / (1 + lag s)`.
     #[must_use]
     pub fn of(tuning: &Tuning) -> Self {
-        let (w, delay) = (tuning.law_w, 1.5 * tuning.tick_s);
+        let (w, delay) = (tuning.law_w, (1.5 + tuning.delay_ticks as f64) * tuning.tick_s);
         let gain = |x: f64| {
             let (real, imaginary) = (w.powi(3) - 3.0 * w * x * x, 3.0 * w * w * x);
             real.hypot(imaginary) / (x.powi(3) * (tuning.lag_s * x).hypot(1.0))
@@ -89,7 +89,7 @@ pub fn shortfalls(rig: &Rig<f64>, tuning: &Tuning, demand: &Demand) -> Vec<Strin
             let mut larger = *rig;
             larger.valve.fill_coefficient_kg_per_s_pa *= factor;
             larger.valve.exhaust_coefficient_kg_per_s_pa *= factor;
-            needs(&Tuning::of(&larger, tuning.lag_s, tuning.tick_s))
+            needs(&Tuning::of(&larger, tuning.valve_lag_s, tuning.tick_s))
         };
         let (mut low, mut high) = (1.0, 100.0);
         if with(high) > demand.within_s {
@@ -112,7 +112,7 @@ pub fn shortfalls(rig: &Rig<f64>, tuning: &Tuning, demand: &Demand) -> Vec<Strin
             ));
         }
     }
-    let [by_delay, by_jerk] = law_bandwidths(rig, tuning.lag_s, tuning.tick_s);
+    let [by_delay, by_jerk] = law_bandwidths(rig, tuning.valve_lag_s, tuning.tick_s);
     if by_delay < 0.5 * by_jerk {
         said.push(format!(
             "valve too slow: its lag of {:.1} ms and the tick allow a bandwidth of {by_delay:.0} rad/s, the air {by_jerk:.0} rad/s; a lag of {:.1} ms would use half of it",
