@@ -1,6 +1,7 @@
 //! The positioning law on the rigs of catalogue parts (`rigs/`): unequal areas, weight, hoses, valves of ISO 6358 with a curve,
 //! seals whose static friction is a third above the Coulomb friction.
 
+use plant_sim::closed_loop::{ClosedLoop, LoopSettings};
 use plant_sim::servo::bench::{Bench, Driver, Move, step};
 use plant_sim::servo::{Servo, Tuning};
 use rayon::prelude::*;
@@ -69,4 +70,23 @@ fn the_law_knows_weight_and_atmosphere_on_the_rod_by_its_pressures_at_rest() {
     let cylinder = &file.rig.cylinder;
     let rod = (cylinder.area_a_m2 - cylinder.area_b_m2) * file.rig.supply.atmosphere_pa / file.rig.load.mass_kg;
     assert!((force - (9.80665 + rod)).abs() < 1e-3, "{force} m/s2 against weight and atmosphere on the rod, {rod}");
+}
+
+#[test]
+fn on_the_catalogue_rigs_the_boards_monitor_watches_ten_moves_and_trips_on_none() {
+    for name in RIGS {
+        let file = rig(name);
+        let parameters = rig_files::controller::parameters(&file);
+        for seed in 1..4 {
+            let settings = LoopSettings { seed, ..LoopSettings::default() };
+            let mut closed = ClosedLoop::new(&file, &parameters, &settings).expect("a physical model");
+            for part in [0.1, -0.1, 0.4, -0.4, 0.0, 0.3, 0.2, -0.3, 0.005, 0.0] {
+                let target = part * file.rig.cylinder.stroke_m;
+                for _ in 0..1000 {
+                    let tick = closed.tick(target);
+                    assert!(!tick.disagreement, "{name}, seed {seed}, at {} s towards {target} m", tick.t_s);
+                }
+            }
+        }
+    }
 }
