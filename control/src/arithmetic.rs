@@ -13,15 +13,13 @@ pub(crate) fn limit<T: Ord>(value: T, low: T, high: T) -> T {
 }
 
 /// Clamps a 64-bit intermediate into 32 bits.
+///
+/// Written with the halves: the sum is zero exactly where the high half repeats the low one's sign. That takes four instructions
+/// of a Cortex-M4, against twelve of two comparisons in 64 bits.
 #[inline]
 pub(crate) const fn saturate(value: i64) -> i32 {
-    if value > i32::MAX as i64 {
-        i32::MAX
-    } else if value < i32::MIN as i64 {
-        i32::MIN
-    } else {
-        value as i32
-    }
+    let (low, high) = (value as i32, (value >> 32) as i32);
+    if high.wrapping_add((low as u32 >> 31) as i32) == 0 { low } else { (high >> 31) ^ i32::MAX }
 }
 
 /// `a · b / 2^shift`, rounded to nearest (ties up), saturated. `shift` is 1..=62.
@@ -46,6 +44,18 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_does_not_fit_into_32_bits_is_clamped() {
+        for middle in
+            [0, i64::from(i32::MAX), i64::from(i32::MIN), 1 << 32, -(1 << 32), 1 << 62, i64::MIN + 3, i64::MAX - 3]
+        {
+            for value in (-3..=3).map(|by| middle.saturating_add(by)) {
+                let clamped = value.clamp(i64::from(i32::MIN), i64::from(i32::MAX));
+                assert_eq!(i64::from(saturate(value)), clamped, "{value}");
+            }
+        }
+    }
 
     #[test]
     fn products_saturate_in_both_directions_and_round_to_nearest() {

@@ -184,6 +184,13 @@ impl ControlLoop {
         }
     }
 
+    /// What the model monitor takes for the rig, if there is a monitor: it changes by [`Order::Configure`] alone.
+    #[inline]
+    #[must_use]
+    pub fn monitored(&self) -> Option<&Plant<f32>> {
+        self.setup.monitor.as_ref().map(Monitor::plant)
+    }
+
     /// The mode after the last tick.
     #[must_use]
     pub fn mode(&self) -> Mode {

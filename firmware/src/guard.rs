@@ -1,9 +1,9 @@
 //! A sum over memory that must not change by itself.
 //!
-//! The control interrupt sums what it owns when it ends and compares when it begins, a tick later: a bit that flips in
-//! between is found before a valve code comes of it. The part that only orders change, the configuration, keeps a sum of its
-//! own from order to order, so that a flip within the tick is found at its end. One flipped bit always changes the sum;
-//! several that cancel out are beyond it.
+//! The control interrupt sums what a tick changes when it ends, and compares when it begins, a tick later: a bit that flips in
+//! between is found before a valve code comes of it. The larger part, which only orders change, keeps a sum from order to
+//! order, compared at the same time: a flip within the tick is found, too. One flipped bit always changes the sum; several
+//! that cancel out are beyond it.
 
 use core::arch::asm;
 
@@ -15,18 +15,43 @@ pub(crate) fn sum_of<T: ?Sized>(region: &T) -> u32 {
     unsafe { sum_of_words(core::ptr::from_ref(region).cast(), size_of_val(region) / 4) }
 }
 
-/// The same without `hole`, which lies in `region`.
-#[inline(always)]
-pub(crate) fn sum_around<T, H>(region: &T, hole: &H) -> u32 {
-    let (start, inside) = (core::ptr::from_ref(region).cast::<u32>(), core::ptr::from_ref(hole).cast::<u32>());
-    let before = (inside as usize).wrapping_sub(start as usize) / 4;
-    let behind = before + size_of::<H>() / 4;
-    // SAFETY: both stretches lie in the region, which is borrowed; a hole outside of it leaves the second one empty.
-    unsafe {
-        let rest = (size_of::<T>() / 4).saturating_sub(behind);
-        sum_of_words(start, before.min(size_of::<T>() / 4))
-            ^ sum_of_words(start.wrapping_add(behind), rest).rotate_left(1)
+/// A part of a region that a sum leaves out.
+#[derive(Clone, Copy)]
+pub(crate) struct Hole {
+    start: usize,
+    bytes: usize,
+}
+
+impl Hole {
+    #[inline(always)]
+    pub(crate) fn at<H>(part: &H) -> Self {
+        Self { start: core::ptr::from_ref(part) as usize, bytes: size_of::<H>() }
     }
+
+    /// The same two, the one that comes first before the other.
+    #[inline(always)]
+    fn in_order(a: Self, b: Self) -> (Self, Self) {
+        if a.start <= b.start { (a, b) } else { (b, a) }
+    }
+}
+
+/// The same without three parts that lie in `region`, apart from one another or at the same place.
+#[inline(always)]
+pub(crate) fn sum_around<T>(region: &T, [a, b, c]: [Hole; 3]) -> u32 {
+    let (a, b) = Hole::in_order(a, b);
+    let (b, c) = Hole::in_order(b, c);
+    let (a, b) = Hole::in_order(a, b);
+    let start = core::ptr::from_ref(region).cast::<u32>();
+    let words = size_of::<T>() / 4;
+    let (mut sum, mut at) = (0, 0);
+    let end = Hole { start: start as usize + 4 * words, bytes: 0 };
+    for hole in [a, b, c, end] {
+        let from = (hole.start.wrapping_sub(start as usize) / 4).min(words);
+        // SAFETY: a stretch of the region, which is borrowed: `at <= from <= words`, or it is empty.
+        sum ^= unsafe { sum_of_words(start.wrapping_add(at), from.saturating_sub(at)) }.rotate_left(at as u32 % 32);
+        at = at.max(from + hole.bytes / 4);
+    }
+    sum
 }
 
 /// # Safety

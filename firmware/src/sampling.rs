@@ -14,7 +14,7 @@ use firmware_core::{ControlLoop, Order, OutputCheck, Record, Snapshot, Timing};
 
 use crate::board::{Sampler, Valve};
 use crate::faults::memory_corrupted;
-use crate::guard::{sum_around, sum_of};
+use crate::guard::{Hole, sum_around, sum_of};
 use crate::ring::{Reader, Ring, Writer};
 
 /// Records between two rounds of the telemetry task (2 ms): 20 at 10 kHz undecimated, and some for slow rounds.
@@ -48,24 +48,30 @@ struct Owned {
 /// Sums of what the interrupt owns, see `guard.rs`. Outside of it, and its alone. In bench mode they rest: the valve is at mid
 /// then, and at 10 kHz the simulated plant needs the time.
 struct Sums {
-    /// Of everything, taken at the end of the last tick.
-    owned: AtomicU32,
+    /// Of what a tick changes, taken at the end of the last one.
+    changing: AtomicU32,
     /// Of what only orders change, taken behind the last one.
     ordered: AtomicU32,
 }
-static SUMS: Sums = Sums { owned: AtomicU32::new(0), ordered: AtomicU32::new(0) };
+static SUMS: Sums = Sums { changing: AtomicU32::new(0), ordered: AtomicU32::new(0) };
 
-/// The configuration, and the program of the setpoint if there is one.
+/// The configuration, the rig as the monitor knows it, and the program of the setpoint if there is one.
 #[inline(always)]
 fn sum_of_orders(control_loop: &ControlLoop) -> u32 {
-    sum_of(control_loop.config()) ^ control_loop.program().map_or(0, sum_of)
+    let of_program = control_loop.program().map_or(0, sum_of);
+    sum_of(control_loop.config())
+        ^ control_loop.monitored().map_or(0, sum_of).rotate_left(1)
+        ^ of_program.rotate_left(2)
 }
 
-/// Everything but the place of the simulated plant, which is not in use while the sums are taken. Should a flip put one there,
-/// bench mode is on: valve at mid, no air.
+/// The rest, but for the place of the simulated plant, which is not in use while the sums are taken. Should a flip put one
+/// there, bench mode is on: valve at mid, no air.
 #[inline(always)]
-fn sum_of_owned(owned: &Owned) -> u32 {
-    sum_around(owned, owned.control_loop.bench_slot())
+fn sum_of_changing(owned: &Owned) -> u32 {
+    let control_loop = &owned.control_loop;
+    let config = Hole::at(control_loop.config());
+    let holes = [Hole::at(control_loop.bench_slot()), config, control_loop.monitored().map_or(config, Hole::at)];
+    sum_around(owned, holes)
 }
 
 impl Sums {
@@ -77,20 +83,16 @@ impl Sums {
     #[inline(always)]
     fn note(&self, owned: &Owned) {
         if !owned.control_loop.bench() {
-            self.owned.store(sum_of_owned(owned), Ordering::Relaxed);
+            self.changing.store(sum_of_changing(owned), Ordering::Relaxed);
         }
     }
 
     /// Whether nothing has changed since.
     #[inline(always)]
     fn fit(&self, owned: &Owned) -> bool {
-        owned.control_loop.bench() || sum_of_owned(owned) == self.owned.load(Ordering::Relaxed)
-    }
-
-    /// Whether what only orders change has not changed while the tick was computed: behind the valve code, where time is cheaper.
-    #[inline(always)]
-    fn orders_fit(&self, owned: &Owned) -> bool {
-        owned.control_loop.bench() || sum_of_orders(&owned.control_loop) == self.ordered.load(Ordering::Relaxed)
+        owned.control_loop.bench()
+            || (sum_of_changing(owned) == self.changing.load(Ordering::Relaxed)
+                && sum_of_orders(&owned.control_loop) == self.ordered.load(Ordering::Relaxed))
     }
 }
 
@@ -187,9 +189,6 @@ fn ADC1_2() {
         if owned.records.enqueue(record).is_err() {
             SNAPSHOT.count_lost();
         }
-    }
-    if !SUMS.orders_fit(owned) {
-        memory_corrupted();
     }
     // Last, for the coming tick: an order takes longer than a tick's computation, and must not make the valve code late.
     let control_loop = &mut owned.control_loop;

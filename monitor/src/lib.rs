@@ -186,6 +186,13 @@ impl Monitor {
         self
     }
 
+    /// The plant as the monitor knows it: it never changes.
+    #[inline]
+    #[must_use]
+    pub fn plant(&self) -> &Plant<f32> {
+        &self.plant
+    }
+
     /// Forgets the past: the next reading is the new beginning, with the valve held at `held_u_v`. For every tick in which
     /// the controller does not run, so that nothing from before counts against a run.
     pub fn restart(&mut self, held_u_v: f32) {

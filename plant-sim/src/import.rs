@@ -1,13 +1,22 @@
 //! Foreign tables → logs, by a mapping file: which column, which unit, which sign, gauge or absolute.
 //!
-//! A value becomes `sign · value · unit + offset`, and a gauge pressure gains the atmosphere. Units, offsets and the
-//! atmosphere are those of the mapping; the result is SI as the log format wants it.
+//! A value becomes `sign · value · unit + offset`, and a gauge pressure gains the atmosphere. Where the mapping names two
+//! points, the value goes through their line first. Units, offsets and the atmosphere are those of the mapping; the result
+//! is SI as the log format wants it. [`suggest`] drafts a mapping from a table.
 
+mod cells;
+mod convert;
+mod hints;
+mod stamps;
+pub mod suggest;
+mod text;
 mod units;
 
+use cells::Numbers;
+pub use convert::Imported;
 use rig_files::{Column, Document, Entry, InputError, Log, read_text};
 use std::path::Path;
-use units::{UNITS, unit_factor};
+use units::Quantity;
 
 /// A parsed mapping file.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,9 +24,11 @@ pub struct Mapping {
     file: String,
     separator: Separator,
     header: bool,
+    units_line: bool,
     skip_lines: usize,
     comment: Option<char>,
-    decimal_comma: bool,
+    numbers: Numbers,
+    interval_s: Option<f64>,
     rebase_time: bool,
     columns: Vec<ColumnRule>,
 }
@@ -30,20 +41,34 @@ enum Separator {
 
 #[derive(Clone, Debug, PartialEq)]
 struct ColumnRule {
+    /// Its name in the log.
+    name: &'static str,
     /// `None` is the time.
     target: Option<Column>,
     source: Source,
-    factor: f64,
+    /// Name and factor; `None` if the mapping does not state it.
+    unit: Option<(String, f64)>,
+    sign: f64,
     offset: f64,
+    /// Two readings and what they mean in `unit`.
+    points: Option<[[f64; 2]; 2]>,
+    time: TimeCells,
 }
 
-/// The line a row begins in, and its fields.
-type Row = (u64, Vec<String>);
+/// What the cells of the time column are.
+#[derive(Clone, Debug, PartialEq)]
+enum TimeCells {
+    Number,
+    DateTime { format: Option<String> },
+    Clock,
+}
 
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
     Number(usize),
     Name(String),
+    /// A date and a time in columns of their own.
+    Joined(Vec<String>),
     Constant(f64),
 }
 
@@ -58,9 +83,21 @@ const TARGETS: [(&str, Option<Column>); 8] = [
     ("f_ext_n", Some(Column::FExt)),
     ("y_ref_m", Some(Column::YRef)),
 ];
-const SOURCE_KEYS: [&str; 7] =
-    ["separator", "header", "skip_lines", "comment", "decimal_comma", "atmosphere_pa", "time_from_zero"];
-const COLUMN_KEYS: [&str; 6] = ["from", "value", "unit", "sign", "offset", "gauge"];
+const SOURCE_KEYS: [&str; 12] = [
+    "separator",
+    "header",
+    "units_line",
+    "skip_lines",
+    "comment",
+    "decimal_comma",
+    "thousands",
+    "missing",
+    "atmosphere_pa",
+    "interval_s",
+    "rate_hz",
+    "time_from_zero",
+];
+const COLUMN_KEYS: [&str; 9] = ["from", "value", "unit", "sign", "offset", "gauge", "points", "time", "format"];
 const SEPARATORS: [(&str, Separator); 8] = [
     ("comma", Separator::Byte(b',')),
     (",", Separator::Byte(b',')),
@@ -71,6 +108,8 @@ const SEPARATORS: [(&str, Separator); 8] = [
     ("space", Separator::Blanks),
     (" ", Separator::Blanks),
 ];
+/// What a draft writes where it leaves a choice.
+const OPEN: &str = "?";
 
 impl Mapping {
     /// Reads a mapping file.
@@ -84,16 +123,19 @@ impl Mapping {
     /// Parses the text of a mapping file.
     ///
     /// # Errors
-    /// Not TOML; an unknown key, unit, separator or target column; a column without a source; no time or position.
+    /// Not TOML; an unknown key, unit, separator or target column; a column without a source; no time or position; a choice
+    /// that a draft left open.
     pub fn parse(text: &str, file: &str) -> Result<Self, InputError> {
         let document = Document::parse(text, file)?;
         let mut mapping = Self {
             file: file.to_string(),
             separator: Separator::Byte(b','),
             header: true,
+            units_line: false,
             skip_lines: 0,
             comment: None,
-            decimal_comma: false,
+            numbers: Numbers::default(),
+            interval_s: None,
             rebase_time: false,
             columns: Vec::new(),
         };
@@ -109,24 +151,37 @@ impl Mapping {
         for entry in top.iter().filter(|entry| entry.name == "column") {
             for column in entry.table()? {
                 let rule = column_rule(&column, mapping.header, atmosphere_pa)?;
+                if rule.target.is_none() && mapping.interval_s.is_some() {
+                    let remedy = "remove [column.t_s], or `interval_s` and `rate_hz`";
+                    return Err(column.error("is a second source of the time beside the fixed interval", remedy));
+                }
                 mapping.columns.push(rule);
             }
         }
         for (needed, target) in [("t_s", None), ("y_m", Some(Column::Y))] {
-            if !mapping.columns.iter().any(|rule| rule.target == target) {
-                let remedy = format!("add a table [column.{needed}] that says where it comes from");
+            let given = target.is_none() && mapping.interval_s.is_some();
+            if !given && !mapping.columns.iter().any(|rule| rule.target == target) {
+                let or = if target.is_none() { ", or `interval_s = SECONDS` under [source]" } else { "" };
+                let remedy = format!("add a table [column.{needed}] that says where it comes from{or}");
                 return Err(InputError::new(file, format!("`column.{needed}` is missing"), remedy));
             }
         }
-        if mapping.decimal_comma && mapping.separator == Separator::Byte(b',') {
-            let remedy = "a table with decimal commas is separated by \"semicolon\" or \"tab\"";
-            return Err(InputError::new(file, "`source.decimal_comma` contradicts the separator", remedy));
+        let (comma, point) = (mapping.numbers.decimal_comma, !mapping.numbers.decimal_comma);
+        if (comma && mapping.numbers.thousands == Some(',')) || (point && mapping.numbers.thousands == Some('.')) {
+            let remedy =
+                "`decimal_comma = true` goes with thousands = \".\", \" \" or \"'\"; without it \",\", \" \" or \"'\"";
+            return Err(InputError::new(file, "`source.thousands` is the decimal sign, too", remedy));
+        }
+        if mapping.units_line && !mapping.header {
+            let remedy = "set `header = true`, or skip the units' line with `skip_lines`";
+            return Err(InputError::new(file, "`source.units_line` needs a header above it", remedy));
         }
         Ok(mapping)
     }
 
     fn source(&mut self, table: &Entry<'_>, atmosphere_pa: &mut Option<f64>) -> Result<(), InputError> {
         for entry in table.table()? {
+            chosen(&entry)?;
             match entry.name {
                 "separator" => {
                     let name = entry.string()?;
@@ -139,6 +194,7 @@ impl Mapping {
                     })?;
                 }
                 "header" => self.header = entry.flag()?,
+                "units_line" => self.units_line = entry.flag()?,
                 "skip_lines" => self.skip_lines = entry.whole(0, 1_000_000)? as usize,
                 "comment" => {
                     let text = entry.string()?;
@@ -149,8 +205,29 @@ impl Mapping {
                     }
                     self.comment = first;
                 }
-                "decimal_comma" => self.decimal_comma = entry.flag()?,
+                "decimal_comma" => self.numbers.decimal_comma = entry.flag()?,
+                "thousands" => {
+                    let text = entry.string()?;
+                    let known = [".", ",", " ", "'"].into_iter().find(|known| *known == text);
+                    let unknown = || {
+                        let problem = format!("= \"{}\" is not known", text.escape_debug());
+                        entry.error(problem, "use \".\", \",\", \" \" or \"'\"")
+                    };
+                    self.numbers.thousands = known.ok_or_else(unknown)?.chars().next();
+                }
+                "missing" => self.numbers.missing = entry.strings()?.into_iter().map(str::to_string).collect(),
                 "time_from_zero" => self.rebase_time = entry.flag()?,
+                "interval_s" | "rate_hz" => {
+                    let value = entry.number()?;
+                    let interval_s = if entry.name == "rate_hz" { 1.0 / value } else { value };
+                    if !(1.0e-7..=10.0).contains(&interval_s) {
+                        let remedy = "give interval_s in seconds, 0.001 for 1 kHz, or rate_hz in Hz";
+                        return Err(entry.error(format!("= {value} is not plausible"), remedy));
+                    }
+                    if self.interval_s.replace(interval_s).is_some() {
+                        return Err(entry.error("is there beside the other", "remove `interval_s` or `rate_hz`"));
+                    }
+                }
                 "atmosphere_pa" => {
                     let value = entry.number()?;
                     if !(1.0e4..=1.2e5).contains(&value) {
@@ -167,233 +244,167 @@ impl Mapping {
     /// Converts a foreign table.
     ///
     /// # Errors
-    /// The table cannot be read, a mapped column is not in it, a field is no number, or the result is no log (see
-    /// [`Log::parse`]): each with the line in the foreign file.
+    /// As [`Mapping::import`].
     pub fn convert_file(&self, path: &Path) -> Result<Log, InputError> {
-        self.convert(&read_text(path)?, &path.display().to_string())
+        self.import(path).map(|imported| imported.log)
     }
 
-    /// [`Mapping::convert_file`] on text.
+    /// Converts a foreign table, and says what was done.
     ///
     /// # Errors
-    /// As [`Mapping::convert_file`].
-    pub fn convert(&self, text: &str, file: &str) -> Result<Log, InputError> {
-        let (numbers, lines): (Vec<u64>, Vec<&str>) = text
-            .lines()
-            .enumerate()
-            .map(|(at, line)| (at as u64 + 1, line))
-            .skip(self.skip_lines)
-            .filter(|(_, line)| !line.trim().is_empty())
-            .filter(|(_, line)| self.comment.is_none_or(|mark| !line.trim_start().starts_with(mark)))
-            .unzip();
-        let mut rows = self.rows(&numbers, &lines, file);
-
-        let mut names = Vec::new();
-        if self.header {
-            let Some(row) = rows.next() else {
-                return Err(InputError::new(file, "has no header row", "check `skip_lines` in the mapping"));
-            };
-            names = row?.1;
-        }
-        let places = self.places(&names, file)?;
-        let mut values: Vec<Vec<f64>> = vec![Vec::new(); self.columns.len()];
-        let mut last_t = f64::NEG_INFINITY;
-        for row in rows {
-            let (number, fields) = row?;
-            for (at, rule) in self.columns.iter().enumerate() {
-                let value = match places[at] {
-                    Err(constant) => constant,
-                    Ok(place) => self.number(&fields, place, rule.target.is_none(), file, number)? * rule.factor,
-                } + rule.offset;
-                if rule.target.is_none() {
-                    if value <= last_t {
-                        let problem = format!("the time goes from {last_t} s to {value} s");
-                        let remedy = "remove repeated rows, and check the unit and the column of the time";
-                        return Err(InputError::new(file, problem, remedy).at_line(number));
-                    }
-                    last_t = value;
-                }
-                values[at].push(value);
-            }
-        }
-        self.assemble(values, file)
+    /// The table cannot be read, a mapped column is not in it, a cell is not what the mapping says, or the result is no log
+    /// (see [`Log::parse`]): each with the line in the foreign file.
+    pub fn import(&self, path: &Path) -> Result<Imported, InputError> {
+        let (text, note) = text::read(path)?;
+        let mut imported = self.convert_text(&text, &path.display().to_string())?;
+        imported.notes.splice(0..0, note);
+        Ok(imported)
     }
 
-    fn assemble(&self, values: Vec<Vec<f64>>, file: &str) -> Result<Log, InputError> {
-        let mut log = Log::default();
-        for (rule, values) in self.columns.iter().zip(values) {
-            match rule.target {
-                None => log.t_s = values,
-                Some(column) => {
-                    let any = values.iter().any(|value| value.is_finite());
-                    log.set(column, any.then_some(values));
-                }
-            }
-        }
-        if log.is_empty() {
-            return Err(InputError::new(
-                file,
-                "has no data",
-                "check `skip_lines`, `comment` and `header` in the mapping",
-            ));
-        }
-        if self.rebase_time {
-            let start_s = log.t_s[0];
-            for t_s in &mut log.t_s {
-                *t_s -= start_s;
-            }
-        }
-        // What was written must be readable: the same rules as for any log.
-        Log::parse(log.to_csv().into_bytes(), file)
+    /// As [`Mapping::import`], of the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`Mapping::import`].
+    pub fn convert(&self, bytes: &[u8], file: &str) -> Result<Imported, InputError> {
+        let (text, note) = text::decode(bytes, file)?;
+        let mut imported = self.convert_text(&text, file)?;
+        imported.notes.splice(0..0, note);
+        Ok(imported)
     }
+}
 
-    /// Where each rule finds its field, or its constant.
-    fn places(&self, names: &[String], file: &str) -> Result<Vec<Result<usize, f64>>, InputError> {
-        self.columns
-            .iter()
-            .map(|rule| match &rule.source {
-                Source::Constant(value) => Ok(Err(*value)),
-                Source::Number(number) => Ok(Ok(number - 1)),
-                Source::Name(name) => match names.iter().position(|known| known == name) {
-                    Some(place) => Ok(Ok(place)),
-                    None => Err(InputError::new(
-                        file,
-                        format!("has no column `{name}`, which {} asks for", self.file),
-                        format!("use one of: {}", names.join(", ")),
-                    )),
-                },
-            })
-            .collect()
+/// Refuses what a draft left open.
+fn chosen(entry: &Entry<'_>) -> Result<(), InputError> {
+    if entry.is_string() && entry.string()?.trim() == OPEN {
+        return Err(entry.error("= \"?\" is still to be chosen", "the comment above it says between what"));
     }
-
-    /// The fields of each row and the number of the line it begins in. `numbers` belong to `lines`, which hold no comments.
-    fn rows<'a>(
-        &self,
-        numbers: &'a [u64],
-        lines: &'a [&str],
-        file: &'a str,
-    ) -> Box<dyn Iterator<Item = Result<Row, InputError>> + 'a> {
-        let clean = |field: &str| field.trim().trim_matches('"').trim().to_string();
-        let Separator::Byte(byte) = self.separator else {
-            let fields = move |line: &str| line.split_whitespace().map(clean).collect();
-            return Box::new(numbers.iter().zip(lines).map(move |(number, line)| Ok((*number, fields(line)))));
-        };
-        let table = std::io::Cursor::new(lines.join("\n"));
-        let mut reader = csv::ReaderBuilder::new();
-        let records = reader.delimiter(byte).has_headers(false).flexible(true).from_reader(table).into_records();
-        Box::new(records.map(move |record| {
-            let record = record.map_err(|error| {
-                InputError::new(file, format!("is no table: {error}"), "check `separator` in the mapping")
-            })?;
-            // A field between quotes may go on over several lines.
-            let line = record.position().map_or(0, |position| position.line().saturating_sub(1)) as usize;
-            Ok((numbers.get(line).copied().unwrap_or_default(), record.iter().map(clean).collect()))
-        }))
-    }
-
-    fn number(
-        &self,
-        fields: &[String],
-        place: usize,
-        required: bool,
-        file: &str,
-        line: u64,
-    ) -> Result<f64, InputError> {
-        let Some(field) = fields.get(place) else {
-            let problem = format!("has {} fields, but column {} is asked for", fields.len(), place + 1);
-            let remedy = "check the separator and the column numbers of the mapping (counted from 1)";
-            return Err(InputError::new(file, problem, remedy).at_line(line));
-        };
-        let blank = field.is_empty() || field.eq_ignore_ascii_case("nan");
-        if blank && !required {
-            return Ok(f64::NAN);
-        }
-        let text = if self.decimal_comma { field.replace(',', ".") } else { field.clone() };
-        match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => {
-                let shown: String = field.chars().take(40).flat_map(char::escape_debug).collect();
-                let problem = format!("column {} is `{shown}` where a number belongs", place + 1);
-                let remedy = "check `header`, `skip_lines`, `separator` and `decimal_comma` in the mapping";
-                Err(InputError::new(file, problem, remedy).at_line(line))
-            }
-        }
-    }
+    Ok(())
 }
 
 fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> Result<ColumnRule, InputError> {
     let Some((name, target)) = TARGETS.iter().find(|(name, _)| *name == entry.name) else {
         return Err(entry.unknown(TARGETS.iter().map(|(name, _)| *name)));
     };
-    let (mut source, mut factor, mut sign, mut offset) = (None, 1.0, 1.0, 0.0);
+    let (mut source, mut format) = (None, None);
+    let mut rule = ColumnRule {
+        name,
+        target: *target,
+        source: Source::Number(1),
+        unit: None,
+        sign: 1.0,
+        offset: 0.0,
+        points: None,
+        time: TimeCells::Number,
+    };
+    let numbered = |key: &Entry<'_>| {
+        let remedy = "give the column's number from 1, or set source.header = true";
+        if header { Ok(()) } else { Err(key.error("is a name, but the table has no header", remedy)) }
+    };
     for key in entry.table()? {
+        chosen(&key)?;
         match key.name {
             "from" if key.is_string() => {
-                if !header {
-                    let remedy = "give the column's number from 1, or set source.header = true";
-                    return Err(key.error("is a name, but the table has no header", remedy));
-                }
+                numbered(&key)?;
                 source = Some(Source::Name(key.string()?.to_string()));
             }
-            "from" => source = Some(Source::Number(key.whole(1, 10_000)? as usize)),
-            "value" => source = Some(Source::Constant(key.number()?)),
-            "unit" => {
-                let unit = key.string()?;
-                factor = unit_factor(name, unit).ok_or_else(|| {
-                    let fitting = UNITS.iter().filter(|(column, _, _)| column.contains(name)).map(|(_, unit, _)| *unit);
-                    let fitting = fitting.collect::<Vec<_>>().join(", ");
-                    key.error(
-                        format!("= \"{}\" is no unit of {name}", unit.escape_debug()),
-                        format!("use one of: {fitting}"),
-                    )
-                })?;
+            "from" if key.is_array() => {
+                numbered(&key)?;
+                let names = key.strings()?;
+                if target.is_some() || names.len() < 2 {
+                    return Err(key.error("joins columns", "join only the date and the time of [column.t_s]"));
+                }
+                source = Some(Source::Joined(names.into_iter().map(str::to_string).collect()));
             }
+            "from" => source = Some(Source::Number(key.whole(1, 10_000)? as usize)),
+            "value" if target.is_none() => {
+                return Err(
+                    key.error("belongs to other columns", "give `interval_s` under [source] for a fixed interval")
+                );
+            }
+            "value" => source = Some(Source::Constant(key.number()?)),
+            "unit" => rule.unit = Some(unit(&key, name)?),
             "sign" => {
-                sign = key.number()?;
-                if sign.abs() != 1.0 {
-                    return Err(key.error(format!("= {sign} must be 1 or -1"), "scale with `unit` instead"));
+                rule.sign = key.number()?;
+                if rule.sign.abs() != 1.0 {
+                    let remedy = "scale with `unit` or `points` instead";
+                    return Err(key.error(format!("= {} must be 1 or -1", rule.sign), remedy));
                 }
             }
-            "offset" => offset += key.number()?,
+            "offset" => rule.offset += key.number()?,
+            "points" => {
+                let remedy = "write two readings and what they mean, like [[4, -5.0], [20, 5.0]]";
+                let [one, other] = <[[f64; 2]; 2]>::try_from(key.points()?)
+                    .map_err(|points| key.error(format!("has {} points", points.len()), remedy))?;
+                let span = other[0] - one[0];
+                if target.is_none() || span == 0.0 || one[1] == other[1] || !((other[1] - one[1]) / span).is_finite() {
+                    return Err(key.error("does not give a straight line", remedy));
+                }
+                rule.points = Some([one, other]);
+            }
             "gauge" => {
                 if !name.starts_with("p_") {
                     return Err(key.error("belongs to pressures only", "remove it"));
                 }
                 if key.flag()? {
                     let remedy = "add `atmosphere_pa = 1.013e5` under [source]";
-                    offset += atmosphere_pa.ok_or_else(|| key.error("needs the atmospheric pressure", remedy))?;
+                    rule.offset += atmosphere_pa.ok_or_else(|| key.error("needs the atmospheric pressure", remedy))?;
                 }
+            }
+            "time" | "format" if target.is_some() => return Err(key.error("belongs to [column.t_s] only", "remove it")),
+            "time" => {
+                rule.time = match key.string()? {
+                    "number" => TimeCells::Number,
+                    "datetime" => TimeCells::DateTime { format: None },
+                    "clock" => TimeCells::Clock,
+                    other => {
+                        let problem = format!("= \"{}\" is not known", other.escape_debug());
+                        return Err(key.error(problem, "use \"number\", \"datetime\" or \"clock\" (time of day)"));
+                    }
+                };
+            }
+            "format" => {
+                let text = key.string()?;
+                if !stamps::is_format(text) {
+                    let remedy = "write it like \"%d/%m/%Y %H:%M:%S%.f\"";
+                    return Err(key.error(format!("= \"{}\" is no format", text.escape_debug()), remedy));
+                }
+                format = Some((text.to_string(), key.clone()));
             }
             _ => return Err(key.unknown(COLUMN_KEYS)),
         }
     }
-    let source = source
+    match (&mut rule.time, format) {
+        (TimeCells::DateTime { format }, Some((text, _))) => *format = Some(text),
+        (_, Some((_, key))) => return Err(key.error("needs `time = \"datetime\"`", "add it, or remove the format")),
+        _ => {}
+    }
+    rule.source = source
         .ok_or_else(|| entry.error("has no source", "add `from = NUMBER`, `from = \"NAME\"` or `value = NUMBER`"))?;
-    // A constant stands in the mapping as it is meant, in SI.
-    let (factor, offset) = if matches!(source, Source::Constant(_)) { (1.0, 0.0) } else { (sign * factor, offset) };
-    Ok(ColumnRule { target: *target, source, factor, offset })
+    if rule.time == TimeCells::Number && matches!(rule.source, Source::Joined(_)) {
+        return Err(entry.error("joins columns", "add `time = \"datetime\"`"));
+    }
+    if matches!(rule.source, Source::Constant(_)) {
+        // A constant stands in the mapping as it is meant, in SI.
+        (rule.unit, rule.sign, rule.offset, rule.points) = (None, 1.0, 0.0, None);
+    }
+    Ok(rule)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MAP: &str = "[source]\ncomment = \"#\"\nskip_lines = 1\n[column.t_s]\nfrom = \"t\"\n\
-                       [column.y_m]\nfrom = \"stroke, from mid\"\nunit = \"mm\"\n[column.u_v]\nvalue = 1.0\n";
-
-    #[test]
-    fn separators_between_quotes_separate_nothing() {
-        let mapping = Mapping::parse(MAP, "map.toml").expect("a mapping");
-        let table = "made, by hand\n\n t ,\"stroke, from mid\",\"a \"\"b\"\"\"\n# 1, \"\n0.0,\"1.5\",x\n0.1, \"2.5\" ,\"x,\ny\"\n0.2,3,x\n";
-        let log = mapping.convert(table, "table.csv").expect("a log");
-        assert_eq!((log.t_s, log.y_m), (vec![0.0, 0.1, 0.2], vec![1.5e-3, 2.5e-3, 3.0e-3]));
+fn unit(key: &Entry<'_>, column: &str) -> Result<(String, f64), InputError> {
+    let (text, quantity) = (key.string()?, Quantity::of(column));
+    if let Some(factor) = units::factor(quantity, text) {
+        return Ok((text.to_string(), factor));
     }
-
-    #[test]
-    fn an_error_names_the_line_of_the_file_whatever_was_left_out_before() {
-        let mapping = Mapping::parse(MAP, "map.toml").expect("a mapping");
-        let table = "x\nt,\"stroke, from mid\"\n\n# 1\n0.0,\"1\n\"\n0.1,mid\n";
-        let error = mapping.convert(table, "table.csv").expect_err("`mid` is no number").to_string();
-        assert!(error.contains("table.csv, line 7") && error.contains("`mid`"), "{error}");
-    }
+    let signal = units::read(text).and_then(|written| written.signal);
+    let remedy = match signal {
+        Some(signal) => {
+            let [low, high] = if signal == "%" { ["0", "100"] } else { ["4", "20"] };
+            format!(
+                "say what two readings mean: `points = [[{low}, -5.0], [{high}, 5.0]]`, in {}",
+                units::names(quantity)
+            )
+        }
+        None => format!("use one of: {}", units::names(quantity)),
+    };
+    Err(key.error(format!("= \"{}\" is no unit of {column}", text.escape_debug()), remedy))
 }

@@ -72,7 +72,10 @@ const CASES: &[Case] = &[
     ("simulate --rig rig.toml --input empty.csv --out o.csv", &["empty.csv", "is empty"]),
     ("simulate --rig rig.toml --input header.csv --out o.csv", &["header.csv", "no data"]),
     ("simulate --rig rig.toml --input rig.toml --out o.csv", &["rig.toml, line"]),
-    ("simulate --rig rig.toml --input input.csv --out no/such/o.csv", &["no/such/o.csv", "create its folder"]),
+    (
+        "simulate --rig rig.toml --input input.csv --out rig.toml/o.csv",
+        &["rig.toml/o.csv", "a part of the path is a file"],
+    ),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial y=0", &["--initial", "did you mean `y_m`"]),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=45", &["--initial", "end stops", "0.5"]),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial p_a_pa=3.6", &["--initial", "1 bar is 1e5"]),
@@ -116,6 +119,12 @@ const CASES: &[Case] = &[
     ("import --map map-separator.toml --from good.txt --out o.csv", &["source.separator", "pipe", "semicolon"]),
     ("import --map map-source.toml --from good.txt --out o.csv", &["column.y_m", "no source"]),
     ("import --map map-comma.toml --from good.txt --out o.csv", &["decimal_comma", "separator"]),
+    ("import --map map.toml --out o.csv", &["--from"]),
+    ("import --suggest good.txt --map map.toml", &["--map", "cannot be used"]),
+    ("import --suggest good.txt --out map.toml", &["map.toml: is there already", "--out"]),
+    ("import --suggest header.csv --out o.toml", &["header.csv", "no table of numbers"]),
+    ("import --suggest none.csv --out o.toml", &["none.csv", "check the path"]),
+    ("plot --map map.toml table.txt --out o.html", &["table.txt, line 3", "column 2", "`x`"]),
     ("frobnicate", &["frobnicate"]),
 ];
 
@@ -147,6 +156,21 @@ fn names(folder: &Path) -> Vec<String> {
         .collect();
     names.sort();
     names
+}
+
+#[test]
+fn a_volume_a_thousand_times_off_is_questioned_before_it_is_believed() {
+    let folder = folder();
+    let rig = std::fs::read_to_string(folder.path().join("rig.toml")).expect("the rig file");
+    let wrong = rig.replace("volume_a0_m3 = 2.5e-4", "volume_a0_m3 = 2.5e-1");
+    assert_ne!(wrong, rig);
+    std::fs::write(folder.path().join("wrong.toml"), wrong).expect("writable");
+    for (file, questioned) in [("rig.toml", false), ("wrong.toml", true)] {
+        let arguments = ["simulate", "--rig", file, "--input", "input.csv", "--out", "o.csv"];
+        let output = plant_sim(&arguments, folder.path());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(said.contains("warning: wrong.toml: `cylinder.volume_a0_m3`"), questioned, "{said}");
+    }
 }
 
 #[test]

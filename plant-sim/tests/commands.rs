@@ -271,7 +271,7 @@ proptest! {
         let mut text = good.clone();
         text.insert_str(at.min(good.len()), &insert);
         if let Ok(mapping) = plant_sim::import::Mapping::parse(&text, "map.toml") {
-            let _ = mapping.convert(&table, "table.txt");
+            let _ = mapping.convert(table.as_bytes(), "table.txt");
         }
         let _ = RigFile::parse(&text, "rig.toml");
     }

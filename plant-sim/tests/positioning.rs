@@ -30,11 +30,11 @@ fn the_tick_answers_the_same_codes_with_the_reference_laws_command_within_a_few_
                 far.extend(open.then(|| bench.codes[0].abs_diff(bench.codes[1])));
             }
             far.sort_unstable();
-            // In some ticks the reference's jerk changes its side earlier or later.
             let [median, most_of_them, most] = [far.len() / 2, far.len() * 9 / 10, far.len() - 1].map(|at| far[at]);
             println!("{name} {driver:?}: {} ticks, median {median}, 90 % {most_of_them}, most {most}", far.len());
             assert!(far.len() > 60, "the valve was hardly open: {}", far.len());
-            assert!(median <= 1 && most_of_them <= 4, "{name} {driver:?}: {far:?}");
+            // Near the valve's end a code is 0.06 mrad of the angle, and a micrometre a second of the reference some codes.
+            assert!(median <= 1 && most_of_them <= 4 && most <= 150, "{name} {driver:?}: {far:?}");
         }
     }
 }

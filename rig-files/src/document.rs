@@ -135,6 +135,16 @@ impl<'d> Entry<'d> {
         self.value.as_str().ok_or_else(|| self.error("must be text in quotes", "write it like \"text\""))
     }
 
+    /// An array of strings.
+    ///
+    /// # Errors
+    /// Any other type.
+    pub fn strings(&self) -> Result<Vec<&'d str>, InputError> {
+        let wrong = || self.error("must be texts in brackets", "write it like [\"one\", \"other\"]");
+        let array = self.value.as_array().ok_or_else(wrong)?;
+        array.iter().map(|value| value.get_ref().as_str().ok_or_else(wrong)).collect()
+    }
+
     /// True or false.
     ///
     /// # Errors
@@ -153,6 +163,12 @@ impl<'d> Entry<'d> {
     #[must_use]
     pub fn is_string(&self) -> bool {
         self.value.is_str()
+    }
+
+    /// Whether the value is an array.
+    #[must_use]
+    pub fn is_array(&self) -> bool {
+        self.value.is_array()
     }
 
     /// The entries of a table in the order of the file.

@@ -44,8 +44,8 @@ impl InputError {
     #[must_use]
     pub fn unwritable(file: &str, error: &std::io::Error) -> Self {
         let remedy = match error.kind() {
-            std::io::ErrorKind::NotFound => "create its folder first",
             std::io::ErrorKind::PermissionDenied => "choose a folder you may write to",
+            std::io::ErrorKind::NotADirectory | std::io::ErrorKind::AlreadyExists => "a part of the path is a file",
             _ => "check the path and the free space",
         };
         Self::new(file, format!("cannot be written: {error}"), remedy)

@@ -20,6 +20,7 @@ mod io;
 mod log;
 mod rig_file;
 mod rig_toml;
+mod suspicions;
 mod table;
 mod tolerance;
 pub mod tuning;

@@ -38,10 +38,11 @@ pub(crate) fn to_text(bytes: Vec<u8>, file: &str) -> Result<String, InputError> 
 }
 
 /// Writes a file through a temporary name in the same folder and renames it, so that no reader ever sees half of it and
-/// a failure leaves what was there before. A path that names a device (`/dev/stdout`) is written directly.
+/// a failure leaves what was there before. The folder is made if it is not there. A path that names a device
+/// (`/dev/stdout`) is written directly.
 ///
 /// # Errors
-/// The file cannot be created, written or renamed, or `fill` fails.
+/// The folder or the file cannot be created, written or renamed, or `fill` fails.
 pub fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<(), InputError> {
     let name = path.display().to_string();
     let failed = |error: std::io::Error| InputError::unwritable(&name, &error);
@@ -56,6 +57,7 @@ pub fn write_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> std::io::Res
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
+    std::fs::create_dir_all(folder).map_err(failed)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".writing-");
     #[cfg(unix)]

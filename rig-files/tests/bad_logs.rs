@@ -92,11 +92,14 @@ fn a_written_log_reads_back_to_the_same_bits() {
 }
 
 #[test]
-fn writing_into_a_missing_folder_fails_with_a_remedy_and_leaves_nothing() {
+fn writing_makes_the_folder_or_fails_with_a_remedy_and_leaves_no_half_file() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("no/such/log.csv");
-    let error = Log { t_s: vec![0.0], y_m: vec![0.0], ..Log::default() }.write(&path).expect_err("no folder");
-    assert!(error.to_string().contains("create its folder"), "{error}");
+    let log = Log { t_s: vec![0.0], y_m: vec![0.0], ..Log::default() };
+    let path = folder.path().join("new/folder/log.csv");
+    log.write(&path).expect("the folder is made");
+    let error = log.write(&path.join("log.csv")).expect_err("a file is no folder");
+    assert!(error.to_string().contains("a part of the path is a file"), "{error}");
+    std::fs::remove_dir_all(folder.path().join("new")).expect("removable");
     let failed = rig_files::write_file(&folder.path().join("half.csv"), |out| {
         out.write_all(b"half")?;
         Err(std::io::Error::other("the disk is full"))

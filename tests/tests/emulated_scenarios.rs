@@ -54,6 +54,7 @@ tests_by_name! { holds:
     a_fault_is_cleared_by_hand_and_the_move_is_finished,
     the_identification_sequence_runs_without_a_trip,
     ten_thousand_ticks_per_second_move_and_catch_a_lost_sensor,
+    ten_thousand_ticks_per_second_under_the_positioning_law,
     a_jammed_valve_is_found_and_the_dump_valve_takes_the_air,
 }
 

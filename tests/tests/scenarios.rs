@@ -30,6 +30,7 @@ tests_by_name! { holds:
     a_fault_is_cleared_by_hand_and_the_move_is_finished,
     the_identification_sequence_runs_without_a_trip,
     ten_thousand_ticks_per_second_move_and_catch_a_lost_sensor,
+    ten_thousand_ticks_per_second_under_the_positioning_law,
     a_jammed_valve_is_found_and_the_dump_valve_takes_the_air,
     a_lost_pressure_sensor_may_be_ridden_through,
     without_pressure_sensors_the_law_goes_by_its_model,

@@ -8,7 +8,7 @@
 //! each with the area of its chamber. `up ⊳ down` is the difference in the paper's flow law, and by ISO 6358
 //! `up ψ(down / up) = sqrt(up² − x²)` with `x = (down − b up) / (1 − b)`, which counts only where it is positive: one root, no quotient.
 
-use super::factor::{Factor, quotient, root_of_product};
+use super::factor::{Factor, Share, quotient, root_of_product};
 use super::{Acceleration, Jerk, Ratio, Stiffness};
 use crate::arithmetic::{limit, multiply, product, saturate};
 use crate::quantities::{Position, Pressure, Velocity};
@@ -21,7 +21,7 @@ pub(crate) struct Chambers {
     /// Area of chamber B over that of A.
     pub(crate) ratio: Ratio,
     /// How fast stiffness and slopes follow the measured pressures, per tick.
-    pub(crate) follow: Factor<Acceleration, Acceleration>,
+    pub(crate) follow: Share<Acceleration, Acceleration>,
     /// Volumes at mid-stroke over the area, `l_a` and `l_b`.
     pub(crate) lengths: [Position; 2],
     /// `γ c_fill` and `γ c_exh` of chamber A and B, for one radian of opening.
@@ -83,7 +83,7 @@ impl Chambers {
     /// Force of the supply on the side of chamber B.
     #[inline]
     fn on_side_b(&self, supply: Acceleration) -> Acceleration {
-        product(supply, self.ratio)
+        if self.ratio == Ratio::ONE { supply } else { product(supply, self.ratio) }
     }
 
     /// The forces of chamber A, chamber B and supply, the last on the side of chamber A, with those that are not measured from the modelled force.
@@ -122,11 +122,11 @@ impl Chambers {
             None => up.saturating_sub(down),
             Some(paths) => paths[path].drive(up, down),
         };
+        // A tenth of the way to equal pressures no valve is; the estimate of a full chamber must not close it.
+        let part = const { (0.03 * 65536.0) as i32 };
+        let small = supplies.map(|supply| Acceleration::from_bits(multiply(supply.to_bits(), part, 16)));
         let share = |drive: Acceleration, per: i32, side: usize, path: usize| {
-            // A tenth of the way to equal pressures no valve is; the estimate of a full chamber must not close it.
-            let small =
-                Acceleration::from_bits(multiply(supplies[side].to_bits(), const { (0.03 * 65536.0) as i32 }, 16));
-            i64::from(multiply(drive.max(small).to_bits(), per, 28)) * i64::from(self.flow[side][path].to_bits())
+            i64::from(multiply(drive.max(small[side]).to_bits(), per, 28)) * i64::from(self.flow[side][path].to_bits())
         };
         let (forces, per) = ([f_a, f_b], [per_a, per_b]);
         let slope = |fills: usize, empties: usize| {

@@ -21,9 +21,9 @@ const TANGENT: [i32; 7] = [268_435_461, 89_477_741, 35_810_085, 14_312_746, 6_63
 #[inline]
 fn odd(x: i32, coefficients: &[i32]) -> i32 {
     // All magnitudes stay below 2^29.
-    let square = (i64::from(x) * i64::from(x)) >> 28;
-    let sum = coefficients.iter().rev().fold(0_i64, |sum, c| ((sum * square) >> 28) + i64::from(*c));
-    ((i64::from(x) * sum) >> 28) as i32
+    let times = |a: i32, b: i32| ((i64::from(a) * i64::from(b)) >> 28) as i32;
+    let square = times(x, x);
+    times(x, coefficients.iter().rev().fold(0, |sum, c| times(sum, square) + c))
 }
 
 /// `atan(2 w)`.

@@ -1,6 +1,6 @@
 //! Hold: a silent valve once the piston rests on its target.
 
-use super::factor::Factor;
+use super::factor::Share;
 use super::{Acceleration, Caution, Jerk};
 use crate::quantities::{Position, Velocity};
 
@@ -39,13 +39,13 @@ pub(crate) struct HoldLimits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Weights {
     /// Of the error.
-    pub(crate) error: Factor<Position, Position>,
+    pub(crate) error: Share<Position, Position>,
     /// Of the error while holding.
-    pub(crate) slow: Factor<Position, Position>,
+    pub(crate) slow: Share<Position, Position>,
     /// Of the velocity.
-    pub(crate) v: Factor<Velocity, Velocity>,
+    pub(crate) v: Share<Velocity, Velocity>,
     /// Of the force.
-    pub(crate) force: Factor<Acceleration, Acceleration>,
+    pub(crate) force: Share<Acceleration, Acceleration>,
 }
 
 /// Error, velocity and force, or their means over the last few ticks.

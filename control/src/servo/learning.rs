@@ -5,7 +5,7 @@
 //! and mass explain.
 
 use super::air::Air;
-use super::factor::{Factor, quotient};
+use super::factor::{Factor, Share, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::observer::{Body, Estimate, Opening};
 use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
@@ -29,15 +29,15 @@ pub(crate) struct LearningRates {
     /// From an innovation of the force to the rate of force that was wrong.
     pub(crate) wrong: Factor<Acceleration, Jerk>,
     /// Per tick: gain.
-    pub(crate) gain: Factor<Ratio, Ratio>,
+    pub(crate) gain: Share<Ratio, Ratio>,
     /// Per tick: dead zone.
-    pub(crate) zone: Factor<Voltage, Voltage>,
+    pub(crate) zone: Share<Voltage, Voltage>,
     /// Bounds of the dead zone's half-widths, right and left.
     pub(crate) zone_bounds: [[Voltage; 2]; 2],
     /// Per tick: lag.
-    pub(crate) lag: Factor<Ticks, Ticks>,
+    pub(crate) lag: Share<Ticks, Ticks>,
     /// How fast the change of the angle follows, per tick.
-    pub(crate) turn: Factor<Angle, Angle>,
+    pub(crate) turn: Share<Angle, Angle>,
     /// Square of the change of angle in a tick above which the force tells the lag.
     pub(crate) turning_square: Angle,
     /// Bounds of the lag.
@@ -57,7 +57,7 @@ pub(crate) struct LearningRates {
     /// From the acceleration to the inertia in parts of the Coulomb friction.
     pub(crate) inertia_part: Factor<Acceleration, Acceleration>,
     /// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
-    pub(crate) mass_part: Factor<Part, Part>,
+    pub(crate) mass_part: Share<Part, Part>,
 }
 
 /// The spool's lag as learned.

@@ -39,9 +39,8 @@ pub mod stream;
 mod tuning;
 
 use crate::arithmetic::{limit, multiply};
-use crate::quantities::{Position, Pressure, Velocity, Voltage};
+use crate::quantities::{Position, Pressure, Voltage};
 use delay::Delay;
-use factor::Factor;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use hold::Hold;
@@ -76,11 +75,17 @@ type Micrometres = I12F20;
 /// From a rate to its change in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tick {
-    velocity: Factor<Velocity, Position>,
-    acceleration: Factor<Acceleration, Velocity>,
-    jerk: Factor<Jerk, Acceleration>,
-    /// The tick in s, 32 fractional bits.
-    q32: u32,
+    /// The tick in s, 32 fractional bits: at most 2^24, as a tick is no longer than 2 ms.
+    q32: i32,
+}
+
+impl Tick {
+    /// What a rate changes in a tick; the change's format has at most 8 fractional bits more, so that nothing saturates.
+    #[inline]
+    fn change<A: Fixed<Bits = i32>, B: Fixed<Bits = i32>>(self, rate: A) -> B {
+        let shift = 32 + A::FRAC_NBITS - B::FRAC_NBITS;
+        B::from_bits(((i64::from(rate.to_bits()) * i64::from(self.q32) + (1 << (shift - 1))) >> shift) as i32)
+    }
 }
 
 /// By how much more coarsely hold and stick judge a noisy position or a slipping piston, 1 to 4, 24 fractional bits.

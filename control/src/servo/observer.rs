@@ -4,10 +4,10 @@
 //! predicts is what the valve will find. The difference to the samples corrects it.
 
 use super::air::Air;
-use super::factor::{Factor, falling_q28, quotient};
+use super::factor::{Factor, Share, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
-use crate::arithmetic::{limit, multiply, product, saturate};
+use crate::arithmetic::{multiply, product, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 
 /// Constants of the observer.
@@ -20,9 +20,9 @@ pub(crate) struct ObserverGains {
     /// `w_o³ T`.
     pub(crate) disturbance: Factor<Position, Acceleration>,
     /// How fast the estimated force follows the measured one, per tick.
-    pub(crate) force: Factor<Acceleration, Acceleration>,
+    pub(crate) force: Share<Acceleration, Acceleration>,
     /// How fast an unmeasured force takes up what the model does not explain, per tick.
-    pub(crate) unseen: Factor<Acceleration, Acceleration>,
+    pub(crate) unseen: Share<Acceleration, Acceleration>,
     /// Stiffness of the bristles, `T² σ_0 / M`, 24 fractional bits.
     pub(crate) bristle_q24: i32,
     /// `T σ_0 / M`: from velocity to the change of the bristles' force.
@@ -140,26 +140,39 @@ impl Estimate {
         let by_valve: Jerk = product(slope, theta);
         let by_motion = product(air.stiffness, self.v);
         let force_now = self.force;
-        self.force = force_now.saturating_add(tick.jerk.of(by_valve.saturating_sub(by_motion)));
-        // Bristles are stiff: implicit, first as if they held, then as if they slid.
+        self.force = force_now.saturating_add(tick.change(by_valve.saturating_sub(by_motion)));
+        // Bristles are stiff: implicit, as if they held or as if they slid.
         let mean = (i64::from(force_now.to_bits()) + i64::from(self.force.to_bits()) + 1) >> 1;
         let push = Acceleration::from_bits(saturate(mean)).saturating_add(self.disturbance);
         // v' = (m v + T (push − friction)) / (m + T (viscous + T stiffness)), m over the nominal mass.
         let mass = body.mass.to_bits() >> 4;
-        let damped = mass.saturating_add(tick.acceleration.of(body.viscous).to_bits());
+        let damped = mass.saturating_add(tick.change::<_, Velocity>(body.viscous).to_bits());
         let momentum = i64::from(multiply(mass, self.v.to_bits(), 24));
-        let moved = |friction: Acceleration, inertia: i32| {
-            let gain = tick.acceleration.of(push.saturating_sub(friction));
-            let momentum = saturate(momentum + i64::from(gain.to_bits()));
-            Velocity::from_bits(quotient(momentum, inertia.unsigned_abs(), 24))
+        let momentum = |friction: Acceleration| {
+            let gain: Velocity = tick.change(push.saturating_sub(friction));
+            saturate(momentum + i64::from(gain.to_bits()))
         };
+        let speed = |momentum: i32, inertia: i32| Velocity::from_bits(quotient(momentum, inertia.unsigned_abs(), 24));
         let before = self.v;
-        let held = moved(self.bristle, damped.saturating_add(gains.bristle_q24));
-        let bristle = self.bristle.saturating_add(gains.bristle.of(held));
-        self.bristle = limit(bristle, -body.coulomb, body.coulomb);
-        self.v = if self.bristle == bristle { held } else { moved(self.bristle, damped) };
+        let (held, inertia) = (momentum(self.bristle), damped.saturating_add(gains.bristle_q24));
+        // They slide where `bristle + T stiffness v'` is beyond the Coulomb force: times T and the inertia, to save a division.
+        let stretch = i64::from(gains.bristle_q24) * i64::from(held);
+        let room = |end: Acceleration| {
+            let room: Velocity = tick.change(end.saturating_sub(self.bristle));
+            i64::from(room.to_bits()) * i64::from(inertia)
+        };
+        if stretch > room(body.coulomb) {
+            self.bristle = body.coulomb;
+            self.v = speed(momentum(self.bristle), damped);
+        } else if stretch < room(-body.coulomb) {
+            self.bristle = -body.coulomb;
+            self.v = speed(momentum(self.bristle), damped);
+        } else {
+            self.v = speed(held, inertia);
+            self.bristle = self.bristle.saturating_add(gains.bristle.of(self.v));
+        }
         let mean = (i64::from(before.to_bits()) + i64::from(self.v.to_bits()) + 1) >> 1;
-        self.y = self.y.saturating_add(tick.velocity.of(Velocity::from_bits(saturate(mean))));
+        self.y = self.y.saturating_add(tick.change(Velocity::from_bits(saturate(mean))));
         let viscous: Acceleration = product(body.viscous, self.v);
         let force = self.force.saturating_add(self.disturbance).saturating_sub(self.bristle).saturating_sub(viscous);
         self.a = Acceleration::from_bits(quotient(force.to_bits(), body.mass.to_bits().unsigned_abs(), 28));

@@ -79,11 +79,11 @@ fn times(a: i32, b: i32) -> i32 {
     wide(a, b) as i32
 }
 
-/// Steps of the search for the jerk, and the distance to the aim at which it ends, 3 nm on the paper's case (a): shortly before
-/// the aim a micrometre is full jerk.
-const STEPS: u32 = 6;
-/// See [`STEPS`].
-const NEAR: i32 = 1;
+/// Stopping points looked at between the ends of the search for the jerk; one more secant follows unseen. What is left is made up
+/// by the plan of the next tick.
+const STEPS: u32 = 3;
+/// Distance to the aim at which the search ends, 20 nm on the paper's case (a): shortly before the aim a micrometre is full jerk.
+const NEAR: i32 = 8;
 
 impl Motion {
     /// At rest.
@@ -113,9 +113,9 @@ impl Motion {
     /// After a tick of constant jerk.
     #[inline]
     pub(crate) fn after(&self, jerk: Jerk, tick: &Tick) -> Self {
-        let change = tick.jerk.of(jerk);
+        let change: Acceleration = tick.change(jerk);
         let mean = Acceleration::from_bits(self.a.to_bits().saturating_add(change.to_bits() / 2));
-        let gain = tick.acceleration.of(mean);
+        let gain: Velocity = tick.change(mean);
         // The jerk's own part of the way, T³ J / 12, is below a nanometre.
         let mean = i64::from(self.v.to_bits()) + i64::from(gain.to_bits() / 2);
         let mut next = *self;
@@ -232,19 +232,29 @@ impl Seen {
     #[inline]
     fn change(&self, frame: &Frame) -> i32 {
         let &Frame { speed, most, jerk, per_jerk, tick, .. } = frame;
-        // The acceleration after the tick from which the speed limit is just reached, either way.
         let half_tick = tick >> 1;
-        let quarter = times(half_tick, half_tick);
-        let to_speed = |speed: i32| {
-            let room = speed - self.v - times(half_tick, self.a);
-            // Below 2 · 9 · 2 of 64.
-            let twice = times(room.saturating_abs(), per_jerk).unsigned_abs() << 1;
-            let root = times((root_q26(twice + quarter.unsigned_abs()) as i32) - half_tick, jerk);
-            if room < 0 { -root } else { root }
-        };
         let step = times(tick, jerk);
-        let low = (self.a - step).max(to_speed(-speed).max(-most));
-        let high = (self.a + step).min(to_speed(speed).min(most));
+        let so_far = self.v + times(half_tick, self.a);
+        // The acceleration after the tick is at most `a`, and at most that from which the speed limit is just reached. Towards
+        // the other side the same with all signs changed. Going back to zero takes a tick at least: `a T / 2` of speed where that
+        // is more than `a² / 2 J`. (Without that the acceleration changed its side each tick along the limit.)
+        let below = |a: i32, room: i32| {
+            let (size, distance) = (a.saturating_abs(), room.saturating_abs());
+            let back = times(times(size, size) >> 1, per_jerk).max(times(half_tick, size));
+            if times(half_tick, a) + if a < 0 { -back } else { back } <= room {
+                return a;
+            }
+            let most = if distance <= times(tick, step) {
+                quotient(distance, tick.unsigned_abs(), 26)
+            } else {
+                // Below 2 · 9 · 2 of 64.
+                let twice = times(distance, per_jerk).unsigned_abs() << 1;
+                times((root_q26(twice + times(half_tick, half_tick).unsigned_abs()) as i32) - half_tick, jerk)
+            };
+            if room < 0 { -most } else { most }
+        };
+        let low = -below((step - self.a).min(most), speed + so_far);
+        let high = below((self.a + step).min(most), speed - so_far);
         // Beyond a limit (it was pushed there), go back with full jerk.
         let mut low = low.min(self.a + step);
         let mut high = high.max(self.a - step).max(low);
@@ -257,23 +267,27 @@ impl Seen {
         if at_low >= 0 {
             return low - self.a;
         }
-        // Regula falsi with halved ends (Illinois). at_low < 0 < at_high.
-        let mut a = low;
-        for _ in 0..STEPS {
+        // Regula falsi; an end that stays twice in a row counts half (Illinois).
+        let mut side = 0_i32;
+        let secant = |low: i32, at_low: i32, high: i32, at_high: i32| {
             let whole = (i64::from(at_high) - i64::from(at_low)) >> 1;
-            a = low + times(high - low, quotient(-(at_low >> 1), whole as u32, 26));
+            low + times(high - low, quotient(-(at_low >> 1), whole as u32, 26))
+        };
+        for _ in 0..STEPS {
+            let a = secant(low, at_low, high, at_high);
             let at = beyond(a);
             if at.saturating_abs() <= NEAR {
-                break;
+                return a - self.a;
             }
             if at > 0 {
                 (high, at_high) = (a, at);
-                at_low /= 2;
+                at_low >>= u32::from(side > 0);
             } else {
                 (low, at_low) = (a, at);
-                at_high /= 2;
+                at_high >>= u32::from(side < 0);
             }
+            side = at;
         }
-        a - self.a
+        secant(low, at_low, high, at_high) - self.a
     }
 }

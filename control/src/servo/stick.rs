@@ -62,7 +62,7 @@ impl Stick {
         let creep = mean.v.saturating_sub(limit(mean.v, -noise, noise));
         let rate = lead.error.wide(mean.error).saturating_sub(lead.creep.wide(creep));
         let rate = Jerk::from_bits(saturate(rate));
-        let asked = self.force.saturating_add(tick.jerk.of(rate));
+        let asked = self.force.saturating_add(tick.change(rate));
         self.force = limit(asked, force.saturating_sub(stick.most), force.saturating_add(stick.most));
         Some(rate.saturating_add(lead.force.of(self.force.saturating_sub(force))))
     }

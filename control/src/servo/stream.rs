@@ -1,6 +1,6 @@
 //! The target as a motion: a streamed target gets a velocity, an acceleration and a jerk, a step gets none.
 
-use super::factor::Factor;
+use super::factor::{Factor, Share};
 use super::reference::{Aim, Motion};
 use super::{Acceleration, Jerk, Part, Tick};
 use crate::arithmetic::{limit, multiply};
@@ -19,7 +19,7 @@ pub(crate) struct StreamGains {
     /// `1 / T`.
     pub(crate) per_tick: Factor<Position, Velocity>,
     /// `3 w T`.
-    pub(crate) y: Factor<Position, Position>,
+    pub(crate) y: Share<Position, Position>,
     /// `3 w² T`.
     pub(crate) v: Factor<Position, Velocity>,
     /// `w³ T`.
@@ -27,11 +27,11 @@ pub(crate) struct StreamGains {
     /// `w³`.
     pub(crate) jerk: Factor<Position, Jerk>,
     /// How fast the jerk follows, per tick.
-    pub(crate) jerk_follow: Factor<Jerk, Jerk>,
+    pub(crate) jerk_follow: Share<Jerk, Jerk>,
     /// What part of the limits velocity, acceleration and jerk take up.
     pub(crate) used: (Factor<Velocity, Part>, Factor<Acceleration, Part>, Factor<Jerk, Part>),
     /// How fast a peak of it is forgotten, per tick.
-    pub(crate) forget: Factor<Part, Part>,
+    pub(crate) forget: Share<Part, Part>,
     /// Part of the limits at which a target's own derivatives are not followed any more.
     pub(crate) lost: Part,
     /// From what is left until then to the part of the derivatives that is followed.

@@ -6,6 +6,7 @@ use super::observer::{Estimate, Opening};
 use super::*;
 use crate::config::Config;
 use crate::parameters::{LawChoice, Parameters};
+use crate::quantities::Velocity;
 
 fn tuning() -> Tuning {
     tuning_at(1000)
@@ -280,5 +281,26 @@ fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
         }
         assert_eq!(motion, aim.motion, "{tick_hz}");
         assert!((3..=5).contains(&sides), "at {tick_hz} ticks a second the jerk changed its side {sides} times");
+    }
+}
+
+#[test]
+fn along_the_speed_limit_the_jerk_does_not_alternate() {
+    for tick_hz in [1000, 3000, 10_000] {
+        let tuning = tuning_at(tick_hz);
+        let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO };
+        let (mut motion, mut sides, mut last, mut fastest) = (Motion::default(), 0, Jerk::ZERO, 0.0_f64);
+        while motion != aim.motion {
+            let jerk = motion.jerk_towards(&aim, &tuning.limits);
+            // A thousandth of the limit.
+            if jerk.saturating_abs() > Jerk::lit("0.08") {
+                sides += u32::from((jerk > 0) != (last > 0));
+                last = jerk;
+            }
+            motion = motion.after(jerk, &tuning.tick).arrived(&aim.motion, &tuning.limits);
+            fastest = fastest.max(value(motion.v).abs());
+        }
+        assert!((fastest / 1.3917 - 1.0).abs() < 1e-3, "the limit of 1.39 m/s was not reached: {fastest}");
+        assert!((3..=8).contains(&sides), "at {tick_hz} ticks a second the jerk changed its side {sides} times");
     }
 }

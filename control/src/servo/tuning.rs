@@ -4,7 +4,7 @@
 
 use super::air::{Chambers, Critical};
 use super::delay;
-use super::factor::Factor;
+use super::factor::{Factor, Share};
 use super::hold::{HoldLimits, Weights};
 use super::inversion::Valve;
 use super::law::LawGains;
@@ -125,7 +125,7 @@ pub struct Tuning {
     /// From an innovation of the position to the noise it shows.
     pub(super) noise_of: Factor<Position, Micrometres>,
     /// How fast that is learned, per tick.
-    pub(super) noise_follow: Factor<Micrometres, Micrometres>,
+    pub(super) noise_follow: Share<Micrometres, Micrometres>,
     /// From the noise to the caution, 24 fractional bits.
     pub(super) caution_of: Factor<Micrometres, I8F24>,
 }
@@ -185,12 +185,7 @@ impl Tuning {
         )?;
         let force = |side: usize, pressure: f32| exactly::<Acceleration>(per_mass[side] * f64::from(pressure));
         let opening = opening(p)?;
-        let tick = Tick {
-            velocity: Factor::new(t),
-            acceleration: Factor::new(t),
-            jerk: Factor::new(t),
-            q32: scaled(t, 32) as u32,
-        };
+        let tick = Tick { q32: scaled(t, 32) as i32 };
         let gamma = f64::from(p.servo_heat_capacity_ratio);
         let coulomb = f64::from(p.servo_coulomb_m_per_s2);
         // What friction is a part of must not be zero.
@@ -208,7 +203,7 @@ impl Tuning {
             chambers: Chambers {
                 per_pa: per_mass.map(Factor::new),
                 ratio: exactly(ratio),
-                follow: Factor::new((t * PRESSURE_RATE).min(1.0)),
+                follow: Share::new((t * PRESSURE_RATE).min(1.0)),
                 lengths: [p.servo_length_a_m, p.servo_length_b_m].map(|length| exactly(f64::from(length))),
                 flow: [
                     [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s],
@@ -228,17 +223,17 @@ impl Tuning {
                 y: Factor::new(3.0 * w_o * t),
                 v: Factor::new(3.0 * w_o * w_o * t),
                 disturbance: Factor::new(w_o * w_o * w_o * t),
-                force: Factor::new((force_rate * t).min(1.0)),
-                unseen: Factor::new((UNSEEN_RATE * t).min(1.0)),
+                force: Share::new((force_rate * t).min(1.0)),
+                unseen: Share::new((UNSEEN_RATE * t).min(1.0)),
                 bristle: Factor::new(bristle * t),
                 bristle_q24: exactly::<I8F24>(bristle * t * t).to_bits(),
             },
             learning: LearningRates {
                 wrong: Factor::new(force_rate),
-                gain: Factor::new(LEARN[0] * t),
-                zone: Factor::new(LEARN[1] * t),
-                lag: Factor::new(LAG_RATE * t),
-                turn: Factor::new((force_rate * t).min(1.0)),
+                gain: Share::new(LEARN[0] * t),
+                zone: Share::new(LEARN[1] * t),
+                lag: Share::new(LAG_RATE * t),
+                turn: Share::new((force_rate * t).min(1.0)),
                 turning_square: exactly(TURNING * t * TURNING * t),
                 lag_bounds: LAG_BOUNDS.map(|bound| exactly(bound * lag * hz)),
                 body: Factor::new(LEARN[2] * t / unit),
@@ -247,7 +242,7 @@ impl Tuning {
                 viscous_bounds: FRICTION_BOUNDS.map(|bound| exactly(bound * viscous)),
                 viscous_part: Factor::new(viscous / unit),
                 inertia_part: Factor::new(1.0 / unit),
-                mass_part: Factor::new(MASS_PART),
+                mass_part: Share::new(MASS_PART),
                 zone_bounds: valve.zones.map(|zone| {
                     ZONE_BOUNDS.map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
@@ -259,13 +254,13 @@ impl Tuning {
                 off: exactly(acceleration / (STREAM_BANDWIDTH * STREAM_BANDWIDTH)),
                 acceleration: exactly(4.0 * acceleration),
                 per_tick: Factor::new(hz),
-                y: Factor::new(3.0 * STREAM_BANDWIDTH * t),
+                y: Share::new(3.0 * STREAM_BANDWIDTH * t),
                 v: Factor::new(3.0 * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
                 a: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
                 jerk: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH),
-                jerk_follow: Factor::new((JERK_BANDWIDTH * t).min(1.0)),
+                jerk_follow: Share::new((JERK_BANDWIDTH * t).min(1.0)),
                 used: (Factor::new(FOLLOWED / speed), Factor::new(1.0 / acceleration), Factor::new(1.0 / jerk)),
-                forget: Factor::new(t / PEAK_HELD_S),
+                forget: Share::new(t / PEAK_HELD_S),
                 lost: exactly(LOST),
                 followed: Factor::new(1.0 / (LOST - FOLLOWED)),
             },
@@ -295,10 +290,10 @@ impl Tuning {
                 speed: exactly(HOLD_SPEED),
                 ticks: ticks(REST_S),
                 weights: Weights {
-                    error: Factor::new(weight),
-                    slow: Factor::new(weight / 8.0),
-                    v: Factor::new(weight),
-                    force: Factor::new(weight),
+                    error: Share::new(weight),
+                    slow: Share::new(weight / 8.0),
+                    v: Share::new(weight),
+                    force: Share::new(weight),
                 },
                 drift: exactly(HOLD_DRIFT * coulomb),
                 pulse: exactly(HOLD_DRIFT * coulomb / PULSE_S),
@@ -313,7 +308,7 @@ impl Tuning {
             slipping: p.servo_stick_slip.then(|| Factor::new(weight * hz)),
             least_caution: scaled(if p.servo_stick_slip { SLIPPING } else { 1.0 }, 24) as i32,
             noise_of: Factor::new(1.25e6),
-            noise_follow: Factor::new(NOISE_RATE * t),
+            noise_follow: Share::new(NOISE_RATE * t),
             caution_of: Factor::new(1.0 / QUIET_UM),
         })
     }

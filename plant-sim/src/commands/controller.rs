@@ -5,7 +5,7 @@ use firmware_core::SetupError;
 use plant_sim::controller;
 use plant_sim::monitoring::{self, MonitorAction};
 use plant_sim::stdio::Coprocess;
-use rig_files::{InputError, RigFile};
+use rig_files::InputError;
 use std::path::PathBuf;
 
 /// Run the firmware's control loop as a co-process, so that any plant model can close the loop around it.
@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
 const LATCHED_TICKS: u8 = 1;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = RigFile::read(&arguments.rig.rig)?;
+    let rig = super::read_rig(&arguments.rig.rig)?;
     let parameters = match &arguments.config {
         Some(path) => controller::read_parameters(path, &rig)?,
         None => controller::parameters(&rig),

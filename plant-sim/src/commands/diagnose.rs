@@ -48,7 +48,7 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = RigFile::read(&arguments.rig.rig)?;
+    let rig = super::read_rig(&arguments.rig.rig)?;
     let log = match &arguments.map {
         Some(map) => Mapping::read(map)?.convert_file(&arguments.log)?,
         None => Log::read(&arguments.log)?,

@@ -1,7 +1,7 @@
 //! `plant-sim experiment`: what to do with a rig so that a diagnosis can tell its effects apart.
 
 use super::{CliError, RigArgument};
-use rig_files::{RigFile, write_file};
+use rig_files::write_file;
 use std::path::PathBuf;
 use synthesis::{Law, identification, identification_parts};
 
@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = RigFile::read(&arguments.rig.rig)?;
+    let rig = super::read_rig(&arguments.rig.rig)?;
     let law = Law::for_rig(&rig.rig, 1.0);
     say!("{}, {} s, starting at rest at mid-stroke\n", rig.name, arguments.duration);
     let mut from = 0.0;

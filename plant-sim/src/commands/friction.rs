@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = RigFile::read(&arguments.rig.rig)?;
+    let rig = super::read_rig(&arguments.rig.rig)?;
     let mapping = arguments.map.as_deref().map(Mapping::read).transpose()?;
     let read = |path: &PathBuf| match &mapping {
         Some(mapping) => mapping.convert_file(path),

@@ -24,7 +24,7 @@ pub(crate) mod synthesize;
 pub(crate) mod tune;
 
 use report_html::Table;
-use rig_files::InputError;
+use rig_files::{InputError, RigFile};
 use std::fmt;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
@@ -96,6 +96,15 @@ pub(crate) struct RigArgument {
     /// Rig file (TOML), e.g. rigs/paper-a.toml
     #[arg(long, value_name = "FILE")]
     pub(crate) rig: PathBuf,
+}
+
+/// Reads a rig file, and warns of what hardly any rig is.
+pub(crate) fn read_rig(path: &Path) -> Result<RigFile, InputError> {
+    let rig = RigFile::read(path)?;
+    for suspicion in rig.suspicions() {
+        eprintln!("warning: {}: {suspicion}", path.display());
+    }
+    Ok(rig)
 }
 
 /// Creates an output folder with its parents.

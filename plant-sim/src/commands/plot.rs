@@ -3,19 +3,24 @@
 use super::CliError;
 use super::import::describe;
 use plant_sim::charts;
+use plant_sim::import::{Imported, Mapping};
 use report_html::{Page, Tone, svg};
-use rig_files::{Log, RigFile, write_file};
+use rig_files::{Log, write_file};
 use std::path::PathBuf;
 
 /// Show a log as one HTML page with plots to zoom and hover.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_long_help = "EXAMPLE\n  plant-sim plot out/steps.csv\n  plant-sim plot measured.csv --rig rigs/paper-a.toml"
+    after_long_help = "EXAMPLE\n  plant-sim plot out/steps.csv\n  plant-sim plot measured.csv --rig rigs/paper-a.toml\n  \
+    plant-sim plot --map examples/mappings/cylinder-vertical.toml examples/data/cylinder-vertical/strokes.csv --out out/strokes.html"
 )]
 pub(crate) struct Arguments {
     /// Log (CSV), or the output of simulate
     #[arg(value_name = "LOG")]
     log: PathBuf,
+    /// Mapping file (TOML) if the log is a foreign table, as for `plant-sim import`
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
     /// Where to write the page; by default next to the log, with the ending .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -28,10 +33,16 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = arguments.rig.as_deref().map(RigFile::read).transpose()?;
-    let log = Log::read(&arguments.log)?;
+    let rig = arguments.rig.as_deref().map(super::read_rig).transpose()?;
+    let Imported { log, notes } = match &arguments.map {
+        Some(map) => Mapping::read(map)?.import(&arguments.log)?,
+        None => Imported { log: Log::read(&arguments.log)?, notes: Vec::new() },
+    };
     let mut page = Page::new(arguments.log.display().to_string());
     page.text(format!("{}.", describe(&log)));
+    if !notes.is_empty() {
+        page.text(format!("Of the import: {}.", notes.join("; ")));
+    }
     for suspicion in rig.iter().flat_map(|rig| log.suspicions(rig)) {
         eprintln!("warning: {suspicion}");
         page.callout(Tone::Caution, suspicion);

@@ -86,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let rigs = if arguments.rig.is_empty() {
         vec![RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()]
     } else {
-        arguments.rig.iter().map(|path| RigFile::read(path)).collect::<Result<_, _>>()?
+        arguments.rig.iter().map(|path| super::read_rig(path)).collect::<Result<_, _>>()?
     };
     let settings = LoopSettings {
         noise: ConversionNoise { position_m: arguments.noise_position, pressure_pa: arguments.noise_pressure },

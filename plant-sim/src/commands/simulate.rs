@@ -3,7 +3,7 @@
 use super::{CliError, RigArgument};
 use plant_model::Simulator;
 use plant_sim::open_loop::{Command, initial_state, simulate, to_csv};
-use rig_files::{InputError, RigFile, write_file};
+use rig_files::{InputError, write_file};
 use std::path::PathBuf;
 
 /// Drive a rig with a valve command and record what it does.
@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let rig = RigFile::read(&arguments.rig.rig)?;
+    let rig = super::read_rig(&arguments.rig.rig)?;
     let command = Command::read(&arguments.input)?;
     let simulator = Simulator::new(&rig.rig, &rig.effects).map_err(|error| {
         InputError::new(arguments.rig.rig.display().to_string(), error.to_string(), "correct the value")

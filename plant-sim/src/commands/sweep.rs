@@ -8,7 +8,7 @@ use plant_sim::metrics::StepMetrics;
 use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, response, run_all, within_tolerance};
 use plant_sim::{LoopSettings, MonitorAction, controller};
 use report_html::{Page, Plot, Series, Table};
-use rig_files::{InputError, RigFile, write_file};
+use rig_files::{InputError, write_file};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -154,7 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn base(arguments: &Arguments) -> Result<Base, CliError> {
     super::in_range("--duration", arguments.duration, 0.1, 600.0, "seconds")?;
-    let rig = RigFile::read(&arguments.rig.rig)?;
+    let rig = super::read_rig(&arguments.rig.rig)?;
     let half_m = rig.rig.cylinder.stroke_m / 2.0;
     super::in_range("--target", arguments.target, -half_m, half_m, "metres, between the end stops")?;
     let parameters = match &arguments.config {

@@ -122,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let message = "--begins must leave a second of --duration to record";
         return Err(CliError::Usage(message.into()));
     }
-    let rig_file = RigFile::read(&arguments.rig.rig)?;
+    let rig_file = super::read_rig(&arguments.rig.rig)?;
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let truth = true_rig(&rig_file.rig, arguments.nominal_error, &mut rng);

@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let file = RigFile::read(&arguments.rig.rig)?;
+    let file = super::read_rig(&arguments.rig.rig)?;
     let stroke_mm = file.rig.cylinder.stroke_m * 1e3;
     in_range("--lag-ms", arguments.lag_ms.unwrap_or(0.0), 0.0, 1000.0, "ms")?;
     in_range("--move-mm", arguments.move_mm, 0.2, stroke_mm, "mm, up to the stroke")?;

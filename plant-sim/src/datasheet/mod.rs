@@ -208,7 +208,7 @@ impl SetUp {
             *to = length;
         }
         for (to, length) in [&mut h.a_diameter_m, &mut h.b_diameter_m].into_iter().zip(self.hose_m) {
-            *to = if length > 0.0 { self.hose_mm * 1.0e-3 } else { 0.0 };
+            *to = if length > 0.0 { self.hose_mm / 1.0e3 } else { 0.0 };
         }
         for path in ["hose_a.length_m", "hose_b.length_m"] {
             state(path, "as given".into(), Some(0.05));
@@ -217,7 +217,7 @@ impl SetUp {
             state(path, format!("{} mm inside, as given", self.hose_mm), Some(0.03));
         }
         let mut file = RigFile::new(self.name.clone(), rig);
-        file.io.position_range_m = self.position_mm.map(|mm| mm * 1.0e-3);
+        file.io.position_range_m = self.position_mm.map(|mm| mm / 1.0e3);
         file.io.pressure_range_pa = self.pressure_bar.map(|bar| ATMOSPHERE_PA + bar * 1.0e5);
         if let Flow::Type(valve) = self.flow {
             let lag_s = 1.0 / (2.0 * PI * valve.cut_off_hz);
@@ -298,7 +298,7 @@ impl SetUp {
         let c = &mut rig.cylinder;
         let rounded = |x: f64| format!("{x:.4e}").parse().unwrap_or(x);
         (c.area_a_m2, c.area_b_m2) = (rounded(a), rounded(b));
-        c.stroke_m = self.stroke_mm * 1.0e-3;
+        c.stroke_m = self.stroke_mm / 1.0e3;
         let rodless = self.rod_mm == 0.0;
         let bore = format!("bore {} mm", self.bore_mm);
         let with_rod = format!("{bore}, less the rod of {} mm", self.rod_mm);

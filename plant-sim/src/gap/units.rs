@@ -3,7 +3,8 @@
 /// Factor and unit for a key that ends in its SI unit; the key itself where nothing reads better.
 fn scale(name: &str) -> (f64, &'static str) {
     // Longest endings first: `_kg_per_s_pa` also ends in `_pa`.
-    const UNITS: [(&str, f64, &str); 17] = [
+    const UNITS: [(&str, f64, &str); 19] = [
+        ("_m3_per_s_pa", 1.0e8, "l/(s bar)"),
         ("_kg_per_s_pa", 1.0e8, "g/s per bar"),
         ("_pa_s_per_kg", 1.0e-8, "bar per g/s"),
         ("_n_per_pa", 1.0e5, "N/bar"),
@@ -21,6 +22,7 @@ fn scale(name: &str) -> (f64, &'static str) {
         ("_m", 1.0e3, "mm"),
         ("_v", 1.0, "V"),
         ("_k", 1.0, "K"),
+        ("_deg", 1.0, "°"),
     ];
     UNITS.iter().find(|(ending, ..)| name.ends_with(ending)).map_or((1.0, ""), |(_, factor, unit)| (*factor, unit))
 }
@@ -72,6 +74,7 @@ mod tests {
     #[test]
     fn values_are_shown_in_the_units_of_the_workshop() {
         assert_eq!(quantity("conductance_kg_per_s_pa", 2.0e-10), "0.02000 g/s per bar");
+        assert_eq!(quantity("valve.fill_conductance_m3_per_s_pa", 1.3765e-8), "1.377 l/(s bar)");
         assert_eq!(quantity("delay_s", 0.0042), "4.200 ms");
         assert_eq!(quantity("scale", 0.8), "0.8000");
         assert_eq!(with_error("offset_pa", 2.0e4, 1.23e2), "0.2000 ± 0.0012 bar");

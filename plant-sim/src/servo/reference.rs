@@ -71,10 +71,15 @@ impl Motion {
     #[must_use]
     pub fn jerk_towards(&self, target: f64, limits: &Limits, t: f64) -> f64 {
         // The acceleration after the tick from which the speed limit is just reached, either way.
+        // Going back to zero takes a tick at least: without that the acceleration changed its side each tick along the limit.
         let to_speed = |speed: f64| {
             let room = speed - self.v - t * self.a / 2.0;
-            let root = (t * t / 4.0 + 2.0 * room.abs() / limits.jerk).sqrt() - t / 2.0;
-            limits.jerk * root * room.signum()
+            let most = if room.abs() <= limits.jerk * t * t {
+                room.abs() / t
+            } else {
+                limits.jerk * ((t * t / 4.0 + 2.0 * room.abs() / limits.jerk).sqrt() - t / 2.0)
+            };
+            most.copysign(room)
         };
         let low = (self.a - limits.jerk * t).max(to_speed(-limits.speed).max(-limits.acceleration));
         let high = (self.a + limits.jerk * t).min(to_speed(limits.speed).min(limits.acceleration));
@@ -89,8 +94,9 @@ impl Motion {
         } else if at_low >= 0.0 {
             low
         } else {
-            // Regula falsi with halved ends (Illinois).
+            // Regula falsi; an end that stays twice in a row counts half (Illinois).
             let mut a = low;
+            let mut side = 0.0;
             for _ in 0..6 {
                 a = low + (high - low) * (-at_low / (at_high - at_low));
                 let at = beyond(a);
@@ -99,11 +105,12 @@ impl Motion {
                 }
                 if at > 0.0 {
                     (high, at_high) = (a, at);
-                    at_low /= 2.0;
+                    at_low *= if side > 0.0 { 0.5 } else { 1.0 };
                 } else {
                     (low, at_low) = (a, at);
-                    at_high /= 2.0;
+                    at_high *= if side < 0.0 { 0.5 } else { 1.0 };
                 }
+                side = at;
             }
             a
         };

@@ -159,7 +159,7 @@ fn facts_of_the_firmware_stay_within_their_bounds() {
         ("1 kHz, positioning law", 1_000.0, 1.0, false, 1.0),
         ("1 kHz, bench mode", 1_000.0, 0.0, true, 1.0),
         ("10 kHz, paper's law", 10_000.0, 0.0, false, 0.3),
-        ("5 kHz, positioning law", 5_000.0, 1.0, false, 0.3),
+        ("10 kHz, positioning law", 10_000.0, 1.0, false, 0.3),
         ("10 kHz, bench mode", 10_000.0, 0.0, true, 0.3),
     ] {
         let mut bench = moving(elf, tick_hz, law, simulated);

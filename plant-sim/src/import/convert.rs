@@ -1,0 +1,481 @@
+//! Rows of a foreign table → a log, and what was done on the way.
+
+use super::cells::Cell;
+use super::hints::{self, Place};
+use super::stamps::{self, DAY_NS, SECOND_NS};
+use super::units::{self, Quantity};
+use super::{ColumnRule, Mapping, Separator, Source, TimeCells};
+use rig_files::{Column, InputError, Log};
+
+/// A log, and sentences about what was done to get it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Imported {
+    /// The log.
+    pub log: Log,
+    /// What was left out, joined, or taken from the header.
+    pub notes: Vec<String>,
+}
+
+/// The line a row begins in, and its fields.
+type Row = (u64, Vec<String>);
+
+/// Where a rule finds its cell.
+#[derive(Clone, Debug)]
+enum Found {
+    At(usize),
+    Joined(Vec<usize>),
+    Constant(f64),
+}
+
+/// What was left out or joined.
+#[derive(Default)]
+struct Count {
+    rows: usize,
+    repeated_headers: usize,
+    joined: usize,
+    without_time: (usize, u64),
+    cut_off: bool,
+}
+
+impl Mapping {
+    pub(super) fn convert_text(&self, text: &str, file: &str) -> Result<Imported, InputError> {
+        let (numbers, lines): (Vec<u64>, Vec<&str>) = text
+            .lines()
+            .enumerate()
+            .map(|(at, line)| (at as u64 + 1, line))
+            .skip(self.skip_lines)
+            .filter(|(_, line)| !line.trim().is_empty())
+            .filter(|(_, line)| self.comment.is_none_or(|mark| !line.trim_start().starts_with(mark)))
+            .unzip();
+        if self.numbers.decimal_comma && self.separator == Separator::Byte(b',') && !text.contains('"') {
+            let remedy = "a table with decimal commas is separated by \"semicolon\" or \"tab\", or quotes its numbers";
+            return Err(InputError::new(&self.file, "`source.decimal_comma` contradicts the separator", remedy));
+        }
+        let mut rows = self.rows(&numbers, &lines, file).peekable();
+        let mut next = |what: &str, key: &str| match rows.next() {
+            Some(row) => row,
+            None => Err(InputError::new(file, format!("has no {what}"), format!("check `{key}` in {}", self.file))),
+        };
+        let (mut names, mut written) = ((0, Vec::new()), (0, Vec::new()));
+        if self.header {
+            names = next("header row", "skip_lines")?;
+        }
+        if self.units_line {
+            written = next("line of units", "units_line")?;
+        }
+        let found = self.places(&names.1, file)?;
+        let mut notes = Vec::new();
+        let rules = self.with_units(&names.1, &written.1, &found, &mut notes);
+        let mut table = Rows::new(self, &rules, &found, &names.1, file);
+        while let Some(row) = rows.next() {
+            let (line, fields) = row?;
+            if self.header && (fields == names.1 || (self.units_line && fields == written.1)) {
+                table.count.repeated_headers += usize::from(fields == names.1);
+                continue;
+            }
+            table.take(line, &fields, rows.peek().is_none())?;
+        }
+        let (columns, count) = (table.values, table.count);
+        self.say(&count, &mut notes);
+        let log = self.assemble(&rules, columns, file)?;
+        for column in Column::ALL {
+            let Some(values) = log.column(column) else { continue };
+            let blank = values.iter().filter(|value| value.is_nan()).count();
+            if blank > 0 {
+                notes.push(format!("{}: {blank} of {} samples are missing", column.name(), values.len()));
+            }
+        }
+        Ok(Imported { log, notes })
+    }
+
+    fn say(&self, count: &Count, notes: &mut Vec<String>) {
+        let times = |count: usize, what: &str, whats: &str| match count {
+            1 => format!("1 {what}"),
+            count => format!("{count} {whats}"),
+        };
+        notes.insert(0, format!("{} read", times(count.rows, "row", "rows")));
+        if count.repeated_headers > 0 {
+            notes.push(format!("{} left out", times(count.repeated_headers, "repeated header", "repeated headers")));
+        }
+        if count.without_time.0 > 0 {
+            let (rows, first) = count.without_time;
+            notes.push(format!("{} without a time left out, the first in line {first}", times(rows, "row", "rows")));
+        }
+        if count.joined > 0 {
+            notes.push(format!("{} joined with the row before, of the same time", times(count.joined, "row", "rows")));
+        }
+        if count.cut_off {
+            notes.push("the last line is cut off, and left out".into());
+        }
+    }
+
+    /// The rules with the units that the header states where the mapping does not.
+    fn with_units(
+        &self,
+        names: &[String],
+        written: &[String],
+        found: &[Found],
+        notes: &mut Vec<String>,
+    ) -> Vec<ColumnRule> {
+        let mut rules = self.columns.clone();
+        for (rule, found) in rules.iter_mut().zip(found) {
+            let Found::At(place) = found else { continue };
+            let of_line = written.get(*place).and_then(|text| units::read(text));
+            let of_name = || names.get(*place).and_then(|name| units::split(name).1);
+            let Some(unit) = of_line.or_else(of_name) else { continue };
+            notes.extend(hints::other_unit(rule, &unit));
+            if let (Some((quantity, name, factor)), None, None) = (unit.unit, &rule.unit, rule.points)
+                && quantity == Quantity::of(rule.name)
+            {
+                rule.unit = Some((name.to_string(), factor));
+                if factor != 1.0 {
+                    notes.push(format!("{}: unit {name} taken from the header", rule.name));
+                }
+            }
+        }
+        rules
+    }
+
+    fn assemble(&self, rules: &[ColumnRule], values: Vec<Vec<f64>>, file: &str) -> Result<Log, InputError> {
+        let mut log = Log::default();
+        let mut values = values.into_iter();
+        log.t_s = values.next().unwrap_or_default();
+        for (rule, values) in rules.iter().filter(|rule| rule.target.is_some()).zip(values) {
+            if let Some(column) = rule.target {
+                let any = values.iter().any(|value| value.is_finite());
+                log.set(column, any.then_some(values));
+            }
+        }
+        if log.is_empty() {
+            let remedy = format!("check `skip_lines`, `comment` and `header` in {}", self.file);
+            return Err(InputError::new(file, "has no data", remedy));
+        }
+        // What was written must be readable: the same rules as for any log.
+        Log::parse(log.to_csv().into_bytes(), file)
+    }
+
+    /// Where each rule finds its cell, or its constant.
+    fn places(&self, names: &[String], file: &str) -> Result<Vec<Found>, InputError> {
+        let place = |name: &str| {
+            // The name as it stands; else without its unit, capitals aside.
+            let same = |known: &String| known == name;
+            let alike = |known: &String| units::split(known).0.eq_ignore_ascii_case(name.trim());
+            let exact: Vec<usize> = (0..names.len()).filter(|at| same(&names[*at])).collect();
+            let near = || (0..names.len()).filter(|at| alike(&names[*at])).collect::<Vec<usize>>();
+            let found = if exact.is_empty() { near() } else { exact };
+            match found[..] {
+                [at] => Ok(at),
+                [] => Err(InputError::new(
+                    file,
+                    format!("has no column `{}`, which {} asks for", name.escape_debug(), self.file),
+                    format!("use one of: {}", names.iter().map(|name| shown(name)).collect::<Vec<_>>().join(", ")),
+                )),
+                [first, second, ..] => Err(InputError::new(
+                    file,
+                    format!("has more than one column `{}`, which {} asks for", name.escape_debug(), self.file),
+                    format!("give its number: from = {} or from = {}", first + 1, second + 1),
+                )),
+            }
+        };
+        self.columns
+            .iter()
+            .map(|rule| match &rule.source {
+                Source::Constant(value) => Ok(Found::Constant(*value)),
+                Source::Number(number) => Ok(Found::At(number - 1)),
+                Source::Name(name) => place(name).map(Found::At),
+                Source::Joined(names) => {
+                    names.iter().map(|name| place(name)).collect::<Result<_, _>>().map(Found::Joined)
+                }
+            })
+            .collect()
+    }
+
+    /// The fields of each row and the number of the line it begins in. `numbers` belong to `lines`, which hold no comments.
+    fn rows<'a>(
+        &self,
+        numbers: &'a [u64],
+        lines: &'a [&str],
+        file: &'a str,
+    ) -> Box<dyn Iterator<Item = Result<Row, InputError>> + 'a> {
+        let clean = |field: &str| field.trim().trim_matches('"').trim().to_string();
+        let Separator::Byte(byte) = self.separator else {
+            let fields = move |line: &str| line.split_whitespace().map(clean).collect();
+            return Box::new(numbers.iter().zip(lines).map(move |(number, line)| Ok((*number, fields(line)))));
+        };
+        let table = std::io::Cursor::new(lines.join("\n"));
+        let mut reader = csv::ReaderBuilder::new();
+        let records = reader.delimiter(byte).has_headers(false).flexible(true).from_reader(table).into_records();
+        let map = self.file.clone();
+        Box::new(records.map(move |record| {
+            let record = record.map_err(|error| {
+                InputError::new(file, format!("is no table: {error}"), format!("check `separator` in {map}"))
+            })?;
+            // A field between quotes may go on over several lines.
+            let line = record.position().map_or(0, |position| position.line().saturating_sub(1)) as usize;
+            Ok((numbers.get(line).copied().unwrap_or_default(), record.iter().map(clean).collect()))
+        }))
+    }
+}
+
+/// Text of a file, as much of it as an error carries.
+fn shown(text: &str) -> String {
+    text.chars().take(40).flat_map(char::escape_debug).collect()
+}
+
+/// The rows read so far.
+struct Rows<'a> {
+    mapping: &'a Mapping,
+    rules: &'a [ColumnRule],
+    found: &'a [Found],
+    names: &'a [String],
+    file: &'a str,
+    /// How many fields a row can have: those of the header, or of the first row.
+    width: Option<usize>,
+    /// How many the row before had.
+    before: usize,
+    clock: Clock,
+    /// The time, then each other column of the mapping.
+    values: Vec<Vec<f64>>,
+    count: Count,
+}
+
+/// Where the time stands.
+#[derive(Default)]
+struct Clock {
+    reader: stamps::Reader,
+    /// The first stamp in nanoseconds, or the first number.
+    origin_ns: Option<i128>,
+    origin: Option<f64>,
+    zoned: bool,
+    /// Time of day of the last row, and how often midnight has passed.
+    last_ns: i128,
+    days: i128,
+    /// A stamp had a fraction of a second.
+    fractions: bool,
+}
+
+impl<'a> Rows<'a> {
+    fn new(
+        mapping: &'a Mapping,
+        rules: &'a [ColumnRule],
+        found: &'a [Found],
+        names: &'a [String],
+        file: &'a str,
+    ) -> Self {
+        let columns = 1 + rules.iter().filter(|rule| rule.target.is_some()).count();
+        let width = mapping.header.then_some(names.len());
+        let values = vec![Vec::new(); columns];
+        Self {
+            mapping,
+            rules,
+            found,
+            names,
+            file,
+            width,
+            before: 0,
+            clock: Clock::default(),
+            values,
+            count: Count::default(),
+        }
+    }
+
+    fn error(&self, line: u64, problem: String, remedy: String) -> InputError {
+        InputError::new(self.file, problem, remedy).at_line(line)
+    }
+
+    fn take(&mut self, line: u64, fields: &[String], last: bool) -> Result<(), InputError> {
+        let map = &self.mapping.file;
+        let width = *self.width.get_or_insert(fields.len());
+        for found in self.found {
+            if let Found::At(place) = found
+                && *place >= width
+            {
+                let problem = format!("has {width} fields, but column {} is asked for", place + 1);
+                let remedy = format!("check `separator` and the column numbers (counted from 1) in {map}");
+                return Err(self.error(line, problem, remedy));
+            }
+        }
+        if last && fields.len() < self.before {
+            self.count.cut_off = true;
+            return Ok(());
+        }
+        self.before = fields.len();
+        if fields.get(width..).is_some_and(|more| more.iter().any(|field| !field.is_empty())) {
+            let commas = self.mapping.separator == Separator::Byte(b',') && fields.len() + 1 >= 2 * width;
+            let remedy = if commas {
+                "numbers with decimal commas must be quoted, or separated by semicolons or tabs".into()
+            } else {
+                format!("check `separator` and `skip_lines` in {map}; a cell that holds the separator must be quoted")
+            };
+            return Err(self.error(line, format!("has {} fields where {width} belong", fields.len()), remedy));
+        }
+        self.count.rows += 1;
+        let Some(t_s) = self.time(line, fields)? else {
+            let (count, first) = self.count.without_time;
+            self.count.without_time = (count + 1, if count == 0 { line } else { first });
+            return Ok(());
+        };
+        let mut row = Vec::with_capacity(self.values.len());
+        for (rule, found) in self.rules.iter().zip(self.found).filter(|(rule, _)| rule.target.is_some()) {
+            row.push(match found {
+                Found::Constant(value) => *value,
+                Found::At(place) => self.sample(rule, *place, fields.get(*place).map_or("", String::as_str), line)?,
+                Found::Joined(_) => f64::NAN,
+            });
+        }
+        match self.values[0].last() {
+            Some(before) if t_s == *before => self.join(line, t_s, &row),
+            Some(before) if t_s < *before => Err(self.backwards(line, *before, t_s)),
+            _ => {
+                self.values[0].push(t_s);
+                self.values[1..].iter_mut().zip(row).for_each(|(values, value)| values.push(value));
+                Ok(())
+            }
+        }
+    }
+
+    /// A second row of one time: what one of them lacks the other may have.
+    fn join(&mut self, line: u64, t_s: f64, row: &[f64]) -> Result<(), InputError> {
+        let contradicts = self.values[1..]
+            .iter()
+            .zip(row)
+            .any(|(values, new)| values.last().is_some_and(|old| !old.is_nan() && !new.is_nan() && old != new));
+        if contradicts {
+            let stamped = self.clock.origin_ns.is_some() && !self.clock.fractions;
+            let (problem, remedy) = if stamped {
+                (
+                    "has the time of the row before and other values: the stamps seem to be without fractions of a second".into(),
+                    format!(
+                        "export them with fractions; or remove [column.t_s] in {} and give `interval_s` under [source]",
+                        self.mapping.file
+                    ),
+                )
+            } else {
+                (
+                    format!("has the time of the row before, {t_s} s, and other values"),
+                    format!(
+                        "remove one of the rows, export the time with more digits, or remove [column.t_s] in {} and give \
+                         `interval_s` under [source]",
+                        self.mapping.file
+                    ),
+                )
+            };
+            return Err(self.error(line, problem, remedy));
+        }
+        for (values, new) in self.values[1..].iter_mut().zip(row) {
+            if let Some(old) = values.last_mut()
+                && old.is_nan()
+            {
+                *old = *new;
+            }
+        }
+        self.count.joined += 1;
+        Ok(())
+    }
+
+    fn backwards(&self, line: u64, before: f64, t_s: f64) -> InputError {
+        let back_s = before - t_s;
+        let remedy = if self.clock.origin_ns.is_some() && (3500.0..=3600.0).contains(&back_s) {
+            "the clock was put back by an hour: cut the file here, or export the stamps with their zone or in UTC"
+                .to_string()
+        } else if t_s <= self.values[0].first().copied().unwrap_or(t_s) {
+            "a second recording seems to begin here: cut the file here; or check the unit and the column of the time"
+                .into()
+        } else {
+            "sort the rows, and check the unit and the column of the time".into()
+        };
+        self.error(line, format!("the time goes from {before} s to {t_s} s"), remedy)
+    }
+
+    /// The time of a row, s; `None` if its cell is empty.
+    fn time(&mut self, line: u64, fields: &[String]) -> Result<Option<f64>, InputError> {
+        if let Some(interval_s) = self.mapping.interval_s {
+            return Ok(Some((self.count.rows - 1) as f64 * interval_s));
+        }
+        let Some((rule, found)) = self.rules.iter().zip(self.found).find(|(rule, _)| rule.target.is_none()) else {
+            return Ok(None);
+        };
+        let (cell, place) = match found {
+            Found::At(place) => (fields.get(*place).cloned().unwrap_or_default(), *place),
+            Found::Joined(places) => {
+                let parts: Vec<&str> = places.iter().filter_map(|at| fields.get(*at)).map(String::as_str).collect();
+                (parts.join(" "), places[0])
+            }
+            Found::Constant(_) => return Ok(None),
+        };
+        if self.mapping.numbers.is_missing(&cell) {
+            return Ok(None);
+        }
+        let wrong = |rows: &Self| Err(rows.wrong(rule, place, &cell, line));
+        if rule.time == TimeCells::Number {
+            let Cell::Number(value) = self.mapping.numbers.read(&cell, rule.unit.as_ref().map(|unit| &unit.0[..]))
+            else {
+                return wrong(self);
+            };
+            let factor = rule.sign * rule.unit.as_ref().map_or(1.0, |unit| unit.1);
+            // The difference of large numbers, such as seconds since 1970, before they lose digits in the unit.
+            return Ok(Some(if self.mapping.rebase_time {
+                (value - *self.clock.origin.get_or_insert(value)) * factor
+            } else {
+                value * factor + rule.offset
+            }));
+        }
+        let ns = if let TimeCells::DateTime { format } = &rule.time {
+            let stamp = match format {
+                Some(format) => stamps::formatted(&cell, format),
+                None => self.clock.reader.read(&cell),
+            };
+            let Some(stamp) = stamp else { return wrong(self) };
+            if self.clock.origin_ns.is_some() && stamp.zoned != self.clock.zoned {
+                let problem = "some stamps say their zone, others do not".to_string();
+                return Err(self.error(line, problem, "export all stamps in one way".into()));
+            }
+            self.clock.zoned = stamp.zoned;
+            stamp.ns
+        } else {
+            let Some(ns) = stamps::time_of_day(&cell) else { return wrong(self) };
+            if self.clock.origin_ns.is_some() && ns < self.clock.last_ns - DAY_NS / 2 {
+                self.clock.days += 1;
+            }
+            self.clock.last_ns = ns;
+            ns + self.clock.days * DAY_NS
+        };
+        self.clock.fractions |= ns % SECOND_NS != 0;
+        Ok(Some((ns - *self.clock.origin_ns.get_or_insert(ns)) as f64 * 1.0e-9))
+    }
+
+    /// One sample in SI; NaN where it is missing.
+    fn sample(&self, rule: &ColumnRule, place: usize, cell: &str, line: u64) -> Result<f64, InputError> {
+        let value = match self.mapping.numbers.read(cell, rule.unit.as_ref().map(|unit| &unit.0[..])) {
+            Cell::Missing => return Ok(f64::NAN),
+            Cell::Number(value) => value,
+            Cell::Other => return Err(self.wrong(rule, place, cell, line)),
+        };
+        let value = match rule.points {
+            Some([[x0, y0], [x1, y1]]) => y0 + (value - x0) * (y1 - y0) / (x1 - x0),
+            None => value,
+        };
+        let factor = rule.sign * rule.unit.as_ref().map_or(1.0, |unit| unit.1);
+        Ok(value * factor + rule.offset)
+    }
+
+    fn wrong(&self, rule: &ColumnRule, place: usize, cell: &str, line: u64) -> InputError {
+        let column = match self.names.get(place) {
+            Some(name) if !name.is_empty() => format!("`{}`", shown(name)),
+            _ => (place + 1).to_string(),
+        };
+        let mapping = self.mapping;
+        let (problem, remedy) = hints::of(
+            cell,
+            &Place {
+                map: &mapping.file,
+                rule,
+                numbers: &mapping.numbers,
+                separator: mapping.separator,
+                column: &column,
+                first: self.values[0].is_empty(),
+            },
+        );
+        self.error(line, problem, remedy)
+    }
+}
