@@ -13,6 +13,8 @@ pub struct Tuning {
     pub limits: Limits,
     /// Bandwidth of the law `w`, rad/s.
     pub law_w: f64,
+    /// Bandwidth that delay and lag allow over the one that the air's jerk allows.
+    pub keeps_up: f64,
     /// Bandwidth of the observer `w_o`, rad/s.
     pub observer_w: f64,
     /// How fast the estimated force follows the measured one, 1/s.
@@ -74,7 +76,8 @@ impl Tuning {
     #[must_use]
     pub fn of(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> Self {
         let (valve, friction) = (&rig.valve, &rig.friction);
-        let Rule { speed, acceleration, jerk, law_w, observer_w, lead_s, .. } = Rule::of(rig, lag_s, tick_s);
+        let Rule { speed, acceleration, jerk, law_w, observer_w, lead_s, bandwidths, .. } =
+            Rule::of(rig, lag_s, tick_s);
         let delay_s = Pneumatics::of(rig).delay_s;
         let delay_ticks = (delay_s / tick_s).min(31.0) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
@@ -83,6 +86,7 @@ impl Tuning {
             tick_s,
             limits: Limits { speed, acceleration, jerk },
             law_w,
+            keeps_up: bandwidths[0] / bandwidths[1],
             observer_w,
             force_rate: FORCE_RATE,
             mass: rig.load.mass_kg,
