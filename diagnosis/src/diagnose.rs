@@ -116,7 +116,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let mut balances = closure::balances(problem, &found, &innovations);
     let effects = found.best.hypothesis.effects.iter().enumerate();
     let causes = effects.map(|(index, effect)| cause::cause(problem, &found, *effect, index)).collect();
-    let judgement = verdict::judge(problem, &found, &balances, causes);
+    let mut judgement = verdict::judge(problem, &found, &balances, causes);
 
     // A lead is not proven: the verdict asks what the model predicts without it.
     let mut proven = found.best.hypothesis.clone();
@@ -125,7 +125,6 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
             proven = proven.without(effect, problem.nominal);
         }
     }
-    let named = proven.effects.clone();
     let refitted = (!judgement.leads.is_empty()).then(|| problem.fit(proven, 6).map(|fit| problem.with_errors(fit)));
     let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
     let predicts = |fit: &Fit| {
@@ -137,6 +136,11 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let mut held = predicts(&kept);
     let mut nearest = at(&held, hold_out::HORIZON_S);
     let closed = nearest.as_ref().is_none_or(|(gain, _)| gain.holdout.closed());
+    // A model that errs as a whole is no place for names whose alternatives were never tried.
+    if !closed {
+        judgement.doubt(&found.unrivalled);
+    }
+    let named: Vec<Effect> = judgement.causes.iter().filter_map(|cause| Effect::from_id(&cause.id)).collect();
     let verdict = judgement.verdict(closed);
     // The extended rig has all that the part held back supports, named or not.
     let mut extended = kept.clone();

@@ -15,6 +15,8 @@ use rayon::prelude::*;
 pub(crate) struct Alternatives {
     pub(crate) without: Fit,
     pub(crate) instead: Vec<Fit>,
+    /// Whether any were looked for: not where too much was spent already.
+    pub(crate) searched: bool,
 }
 
 fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit, memory: &mut Memory) -> Alternatives {
@@ -28,7 +30,7 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit,
             instead.push(image_fit);
         }
     }
-    Alternatives { without, instead }
+    Alternatives { without, instead, searched: true }
 }
 
 /// The fit with a cause replaced by its image, see [`super::image`]; `None` if it has none.
@@ -55,7 +57,7 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
             let Some(without) = without[place].clone() else { continue };
             // Where too much is spent a cause keeps its place, and ties that its file does not state stay untold.
             let found = if exhausted(problem, &best) {
-                Alternatives { without, instead: Vec::new() }
+                Alternatives { without, instead: Vec::new(), searched: false }
             } else {
                 alternatives(problem, &best, effects[place], without, memory)
             };

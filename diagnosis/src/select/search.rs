@@ -24,6 +24,8 @@ pub(crate) struct Found {
     pub(crate) losses: Vec<f64>,
     /// For each cause: the fit without it.
     pub(crate) without: Vec<Option<Fit>>,
+    /// Causes for which no alternatives were looked for.
+    pub(crate) unrivalled: Vec<Effect>,
     pub(crate) tried: Vec<Tried>,
 }
 
@@ -96,6 +98,9 @@ pub(crate) fn search(
     let (best, alternatives) = nearest_to_stated(problem, best, alternatives);
     let (best, alternatives) = drop_uncertain(problem, drop_needless_parts(problem, best), alternatives);
     let without = alternatives.iter().map(|found| found.as_ref().map(|found| found.without.clone())).collect();
+    let pairs = best.hypothesis.effects.iter().zip(&alternatives);
+    let unrivalled = pairs.filter(|(_, found)| found.as_ref().is_some_and(|found| !found.searched)).map(|(e, _)| *e);
+    let unrivalled = unrivalled.collect();
     let (ties, losses) = ties(problem, &best, alternatives);
-    Some(Found { null, forward, best, ties, losses, without, tried: memory.tried })
+    Some(Found { null, forward, best, ties, losses, without, unrivalled, tried: memory.tried })
 }

@@ -12,7 +12,7 @@ pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternativ
     let of = |(effect, alternatives): (&Effect, Option<Alternatives>)| {
         let mut tied = Vec::new();
         let mut loss = 0.0;
-        if let Some(Alternatives { without, instead }) = alternatives {
+        if let Some(Alternatives { without, instead, .. }) = alternatives {
             loss = without.cost(problem) - best.cost(problem);
             let tie = constants::tie().max(constants::tie_of_gain() * loss);
             let as_good = instead.iter().filter(|fit| penalised_cost(problem, fit) < cost + tie);

@@ -26,6 +26,14 @@ pub(crate) struct Judgement {
 }
 
 impl Judgement {
+    /// Takes back the names of some effects.
+    pub(crate) fn doubt(&mut self, effects: &[Effect]) {
+        let doubtful = |cause: &Cause| effects.iter().any(|effect| effect.id() == cause.id);
+        let (doubted, kept) = core::mem::take(&mut self.causes).into_iter().partition(doubtful);
+        self.causes = kept;
+        self.leads.extend::<Vec<Cause>>(doubted);
+    }
+
     /// `closed`: whether the whole model predicts the part held back with what is named as well as noise allows.
     pub(crate) fn verdict(&self, closed: bool) -> Verdict {
         match (self.causes.is_empty(), self.gap && !self.quiet || !closed) {
@@ -123,9 +131,15 @@ fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -
     let touched = touched(found);
     let relieved = found.null.prior_cost - found.best.prior_cost;
     let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
-    let gain =
-        |b: &Balance| (b.nominal_misfit.max(1.0) - b.extended_misfit.max(1.0)) * problem.noise_cost(b.channel.bit());
-    touched == 0 || acted_on.map(gain).sum::<f64>() + relieved >= 0.0
+    let gain = |b: &Balance, of: fn(f64) -> f64| {
+        (of(b.nominal_misfit) - of(b.extended_misfit)) * problem.noise_cost(b.channel.bit())
+    };
+    let (mut beyond_noise, mut all) = (relieved, relieved);
+    for balance in acted_on {
+        beyond_noise += gain(balance, |misfit| misfit.max(1.0));
+        all += gain(balance, |misfit| misfit);
+    }
+    touched == 0 || beyond_noise >= constants::least_excess() * all.max(0.0)
 }
 
 #[cfg(test)]
