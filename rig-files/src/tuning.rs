@@ -137,7 +137,8 @@ impl Pneumatics {
             delay_s: known.hose_delay_s,
             rest_pa: rig.equilibrium_pressures_pa(),
         };
-        if !hoses && rig.opening.is_empty() {
+        // The law does not drive a single chamber.
+        if (!hoses && rig.opening.is_empty()) || rig.cylinder.is_single_acting() {
             return nominal;
         }
         let p = rig.supply.pressure_pa;
