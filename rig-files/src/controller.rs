@@ -82,7 +82,7 @@ fn positioning(rig: &RigFile, base: Parameters) -> Parameters {
     let lag_s = tuning::lag_s(rig);
     let air = Pneumatics::of(&rig.rig);
     let rule = Rule::with(&rig.rig, &air, lag_s, rig.io.tick_s());
-    let Rig { gas, supply, load, friction, cylinder, .. } = &rig.rig;
+    let Rig { gas, supply, load, friction, .. } = &rig.rig;
     let mass = load.mass_kg;
     let [area, area_b] = air.areas_m2;
     let flow = |coefficients: [f64; 2], n: usize| {
@@ -94,7 +94,7 @@ fn positioning(rig: &RigFile, base: Parameters) -> Parameters {
     let knot = |n: usize| air.opening_v.map(|volts| within(Key::servo_opening_1_v, volts[n]));
     Parameters {
         // The positioning law moves the force by two driven chambers.
-        law: if cylinder.is_single_acting() { LawChoice::Paper } else { LawChoice::Servo },
+        law: if rig.rig.cylinder.is_single_acting() { LawChoice::Paper } else { LawChoice::Servo },
         servo_speed_m_per_s: within(Key::servo_speed_m_per_s, rule.speed),
         servo_acceleration_m_per_s2: within(Key::servo_acceleration_m_per_s2, rule.acceleration),
         servo_jerk_m_per_s3: within(Key::servo_jerk_m_per_s3, rule.jerk),
