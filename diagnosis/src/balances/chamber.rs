@@ -111,7 +111,7 @@ pub(crate) fn innovations(
     for stretch in stretches {
         let mut p = plant.true_pressure_pa(side, smooth.value[stretch.start], smooth.slope[stretch.start]);
         let mut sensed = plant.pressure_behind_lag_pa(side, smooth.value[stretch.start]);
-        let mut settled = (record.t_s[stretch.start] + constants::chamber_settling_s()).max(record.valve_known_s);
+        let mut settled = (record.t_s[stretch.start] + constants::settling_s()).max(record.valve_known_s);
         // Variance of the prediction by what is not known of the command, alike for all hypotheses.
         let mut doubt = 0.0;
         for k in stretch.range() {
@@ -120,7 +120,7 @@ pub(crate) fn innovations(
             let dt = record.interval_s(k);
             if record.is_row(k) {
                 if weights[k] * sigma < constants::chamber_clear() {
-                    settled = settled.max(record.t_s[k] + constants::chamber_settling_s());
+                    settled = settled.max(record.t_s[k] + constants::settling_s());
                 }
                 let error = measured[k] - plant.shown_pressure_pa(side, sensed);
                 let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };
