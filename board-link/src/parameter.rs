@@ -224,6 +224,12 @@ parameters! {
     HoseADiameter = 96: rig.a_diameter_m as "hose_a_diameter_m";
     HoseBLength = 97: rig.b_length_m as "hose_b_length_m";
     HoseBDiameter = 98: rig.b_diameter_m as "hose_b_diameter_m";
+    SpringRate = 99: rig.spring_n_per_m;
+    SpringPreload = 100: rig.spring_preload_n;
+    CushionALength = 101: rig.cushion_a_length_m as "cushion_a_length_m";
+    CushionAConductance = 102: rig.cushion_a_conductance_m3_per_s_pa as "cushion_a_conductance_m3_per_s_pa";
+    CushionBLength = 103: rig.cushion_b_length_m as "cushion_b_length_m";
+    CushionBConductance = 104: rig.cushion_b_conductance_m3_per_s_pa as "cushion_b_conductance_m3_per_s_pa";
 }
 
 impl ParameterInfo {

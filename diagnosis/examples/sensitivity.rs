@@ -3,7 +3,7 @@
 //! ```text
 //! cargo run --release -p diagnosis --features sensitivity --example sensitivity -- all tidy docs/diagnosis-constants.csv
 //! cargo run --release -p diagnosis --features sensitivity --example sensitivity -- all disturbed docs/diagnosis-constants-disturbed.csv
-//! cargo run --release -p diagnosis --features sensitivity --example sensitivity -- one tidy tie 2
+//! cargo run --release -p diagnosis --features sensitivity --example sensitivity -- some tidy tie=2 open=0.1
 //! ```
 //!
 //! Two sets: `tidy` logs with causes of every class, and `disturbed` ones, in which a sensor is at its limit, the recording is
@@ -137,11 +137,16 @@ fn outcome((plan, disturbance): &(Plan, Disturbance)) -> (Outcome, String) {
     (score(&case.causes, &answer).outcome, format!("{} {}", answer.verdict.word(), ids.join("+")))
 }
 
-/// Diagnoses the set with one constant changed: right, misleading, and what was said of each log.
-fn one(set: &str, name: &str, factor: f64) -> Result<(usize, usize, Vec<String>), String> {
-    if factor != 1.0 {
-        constants::change(name, factor).map_err(|name| format!("there is no constant `{name}`"))?;
-    }
+/// `NAME=FACTOR`.
+fn change(word: &str) -> Result<(String, f64), String> {
+    word.split_once('=')
+        .and_then(|(name, factor)| Some((name.to_string(), factor.parse().ok()?)))
+        .ok_or_else(|| format!("`{word}` is not NAME=FACTOR, for example tie=2"))
+}
+
+/// Diagnoses the set with constants changed: right, misleading, and what was said of each log.
+fn some(set: &str, changes: Vec<(String, f64)>) -> Result<(usize, usize, Vec<String>), String> {
+    constants::change(changes).map_err(|name| format!("there is no constant `{name}`"))?;
     let set: Vec<(Plan, Disturbance)> = match set {
         "tidy" => TIDY
             .iter()
@@ -168,8 +173,10 @@ fn one(set: &str, name: &str, factor: f64) -> Result<(usize, usize, Vec<String>)
 /// Runs this program for one constant; its line of output.
 fn run(set: &str, name: &str, factor: f64) -> Result<String, String> {
     let me = std::env::current_exe().map_err(|error| error.to_string())?;
-    let out =
-        Command::new(me).args(["one", set, name, &factor.to_string()]).output().map_err(|error| error.to_string())?;
+    let out = Command::new(me)
+        .args(["some", set].into_iter().map(String::from).chain((factor != 1.0).then(|| format!("{name}={factor}"))))
+        .output()
+        .map_err(|error| error.to_string())?;
     if !out.status.success() {
         // A constant may not bear to be halved; that is a result, too.
         return Ok("failed".into());
@@ -206,14 +213,15 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words[..] {
         ["all", set, path] => all(set, path),
-        ["one", set, name, factor] => match factor.parse::<f64>() {
-            Ok(factor) => {
-                one(set, name, factor).map(|(right, wrong, said)| println!("{right},{wrong},{}", said.join(";")))
-            }
-            Err(_) => Err(format!("`{factor}` is not a number")),
-        },
-        _ => Err("usage: sensitivity all SET FILE.csv | sensitivity one SET CONSTANT FACTOR; SET is tidy or disturbed"
-            .into()),
+        ["some", set, ref changes @ ..] => {
+            (changes.iter().map(|word| change(word)).collect::<Result<Vec<_>, String>>())
+                .and_then(|changes| some(set, changes))
+                .map(|(right, wrong, said)| println!("{right},{wrong},{}", said.join(";")))
+        }
+        _ => Err(
+            "usage: sensitivity all SET FILE.csv | sensitivity some SET [CONSTANT=FACTOR]...; SET is tidy or disturbed"
+                .into(),
+        ),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

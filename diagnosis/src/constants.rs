@@ -85,25 +85,25 @@ macro_rules! constants {
     };
 }
 
-/// The one constant that is changed, and its factor. Set once, before the first diagnosis.
+/// The constants that are changed, and their factors. Set once, before the first diagnosis.
 #[cfg(feature = "sensitivity")]
-static CHANGED: std::sync::OnceLock<(String, f64)> = std::sync::OnceLock::new();
+static CHANGED: std::sync::OnceLock<Vec<(String, f64)>> = std::sync::OnceLock::new();
 
-/// Multiplies one constant, for the rest of the process.
+/// Multiplies constants, for the rest of the process.
 ///
 /// # Errors
-/// The name if there is no such constant, or one was changed already.
+/// The name of which there is no constant, or of all if some were changed already.
 #[cfg(feature = "sensitivity")]
-pub fn change(name: &str, factor: f64) -> Result<(), String> {
-    if !table().iter().any(|c| c.name == name) {
-        return Err(name.to_string());
+pub fn change(changes: Vec<(String, f64)>) -> Result<(), String> {
+    match changes.iter().find(|(name, _)| table().iter().all(|c| c.name != name)) {
+        Some((name, _)) => Err(name.clone()),
+        None => CHANGED.set(changes).map_err(|_| "changed twice".into()),
     }
-    CHANGED.set((name.to_string(), factor)).map_err(|(name, _)| name)
 }
 
 #[cfg(feature = "sensitivity")]
 fn factor_of(name: &str) -> f64 {
-    CHANGED.get().filter(|(changed, _)| changed == name).map_or(1.0, |(_, factor)| *factor)
+    CHANGED.get().into_iter().flatten().find(|(changed, _)| changed == name).map_or(1.0, |(_, factor)| *factor)
 }
 
 constants! {
@@ -179,30 +179,18 @@ constants! {
         largest_play_v: f64 = 0.2, "V",
             "The command has gone through any likely hysteresis once it has changed by twice this.",
             "five times the 0.4 % of stroke of a catalogue's proportional valve";
-        past_forgotten_s: f64 = 0.5, "s",
-            "What happened before the log counts no more after this long, hysteresis apart.",
-            "chosen: several recovery times of a supply";
         longest_unknown_past: f64 = 0.1, "of the log",
             "All counts as known after this part of the log.",
             "leaves nine tenths to be judged";
         window_alike: f64 = 3.75, "",
             "Errors of a smoothed signal are alike over its window divided by this.",
             "four of 15 samples: those averaged into one innovation at 1 kHz";
-        end_stop_settling_s: f64 = 0.1, "s",
-            "After an end stop the force balance is not judged for this long.",
-            "the observers' settling time";
-        unknown_volume: f64 = 3.0, "tolerances",
-            "A chamber smaller than so many tolerances of its volume at mid-stroke is not judged.",
-            "three standard errors: its volume may be zero";
         leaning: f64 = 3.0, "static frictions",
             "A piston at rest against so many times its static friction leans on an end stop.",
             "three times what friction can hold";
         near_end: f64 = 0.15, "of half the stroke",
             "It must read within this part of half the stroke from there.",
             "chosen: a position scale 15 % off would be seen at once";
-        least_leaning: usize = 50, "samples",
-            "Fewer samples against a stop do not show where it is.",
-            "the median of 50 readings is known to a sixth of their noise";
         least_noise: f64 = 1.0e-5, "of the range",
             "A signal with less noise repeats itself wherever it rests, so that repeats show no limit.",
             "a third of one code of 16 bits";
@@ -253,9 +241,6 @@ constants! {
         farthest_nominal: f64 = 4.0, "tolerances",
             "A nominal value is corrected by no more.",
             "once in 16,000 values by chance: beyond that it is a cause";
-        term_scale: f64 = 0.1, "",
-            "Unit of search steps for factors of terms outside the catalogue.",
-            "their signals are scaled to one";
         largest_term: f64 = 20.0, "",
             "Largest such factor.",
             "twenty times friction or flow as stated";
@@ -264,18 +249,15 @@ constants! {
         chamber_memory_s: f64 = 1.0, "s",
             "Time constant of the chamber's observer.",
             "long enough for leaks to build up, short enough to forget within a few strokes";
-        chamber_settling_s: f64 = 0.1, "s",
-            "The first part of every stretch is not judged: spool and delays are unknown there.",
-            "ten times a valve lag of 10 ms";
+        settling_s: f64 = 0.1, "s",
+            "The first part of every stretch is not judged, nor is the force balance for as long after an end stop.",
+            "ten times a valve lag of 10 ms; several periods of the position observer";
         chamber_settling_memory_s: f64 = 0.02, "s",
             "Time constant of the observer while it settles.",
             "a fifth of the settling time";
         chamber_clear: f64 = 0.5, "",
             "Where pressure noise is less than this part of what position noise makes, the prediction follows the measurement.",
             "equal shares are 0.7";
-        piston_settling_s: f64 = 0.1, "s",
-            "The first part of every stretch is not judged.",
-            "several periods of the position observer";
         observer_step: f64 = 0.5, "",
             "The position observer's bandwidth times the time between rows is no larger.",
             "at 0.5 its error decays by 0.87 from row to row; from 0.8 on it would grow";
@@ -303,15 +285,6 @@ constants! {
         sliding: f64 = 3.0, "Stribeck velocities",
             "Faster than this the piston slides.",
             "the Stribeck term is exp(-9), 1e-4 of itself";
-        gentle: f64 = 0.1, "of the force",
-            "The sliding force changes by no more within an interval, or the piston must move far.",
-            "numerical";
-        far: f64 = 5.0, "presliding ranges",
-            "Having moved by this, it does not matter how the bristles were deflected before.",
-            "exp(-5) is 0.7 %";
-        bristle_backstop: f64 = 3.0, "of the limit",
-            "Bristles never deflect farther.",
-            "numerical backstop";
     }
     "estimate" {
         robust_knee: f64 = 3.0, "standard deviations",
@@ -338,45 +311,21 @@ constants! {
         step_smooth: f64 = 1.0e-3, "scales",
             "Step of difference quotients where it is smooth: the air.",
             "near-cancelling directions need small steps";
-        small_step: f64 = 0.1, "scales",
-            "After a smaller step the slopes of nominal values serve once more.",
-            "a tenth of a plainly visible change";
-        small_gain: f64 = 0.02, "of the cost",
-            "And if the cost fell by no more than this.",
-            "fifty such steps halve the cost";
+        same_cost: f64 = 1.0, "log-likelihood",
+            "Costs that differ by no more are the same: of two fits of the same causes, and before and after a coordinate step.",
+            "a sixth of a tie";
         converged: f64 = 0.1, "log-likelihood",
             "A step that gains less ends a fit.",
             "a sixtieth of a tie";
-        far_from_noise: f64 = 1.5, "times noise",
-            "Beyond this cost longer steps are tried, and less of the cost is worth a step.",
-            "the robust loss shortens steps there";
-        converged_far: f64 = 1.0e-3, "of the cost",
-            "A step that gains less ends a fit far from noise.",
-            "a thousandth";
         iterations: usize = 20, "",
             "Most iterations of a full fit.",
             "bounds the time";
-        too_slow: f64 = 0.02, "of the rest",
-            "A step that gains less of what is still asked of the fit is too slow.",
-            "fifty more such steps would be needed";
-        too_slow_steps: usize = 2, "",
-            "So many of them in a row end a fit.",
-            "one may be chance";
-        coordinate_rounds: usize = 2, "",
-            "Rounds of coordinate search after the Levenberg-Marquardt steps.",
-            "bounds the time";
-        most_by_coordinates: f64 = 0.25, "of the rest",
-            "Coordinate search takes away no more of what noise does not explain: beyond, it is not tried.",
-            "chosen";
         coordinate_step: f64 = 0.4, "scales",
             "First step of coordinate search; a third of it next.",
             "a visible change";
         coordinate_trials: usize = 4, "",
             "Steps tried for each parameter.",
             "down to a hundredth of a scale";
-        coordinate_gain: f64 = 1.0, "log-likelihood",
-            "Least gain of a step.",
-            "a sixth of a tie";
         least_errors: usize = 100, "",
             "Fewer errors of prediction do not tell a sensor's noise.",
             "the median of 100 is known to a ninth";
@@ -427,9 +376,6 @@ constants! {
         wide_open: f64 = 6.0, "times noise",
             "A balance of higher cost is wide open.",
             "other first causes are tried there";
-        white_dispersion: f64 = 1.25, "times noise",
-            "A channel of less long-run variance and less cost than noise has nothing to explain.",
-            "chosen: above the scatter of the long-run variance of noise";
         hardly: f64 = 0.2, "of the negligible",
             "A cause between this part of a negligible deviation and the whole must gain beyond doubt; below, it is none.",
             "a lag of 0.2 ms at 1 kHz: what the balances err by in time";
@@ -448,45 +394,42 @@ constants! {
         candidates_finished: usize = 3, "",
             "Candidates fitted to the end.",
             "bounds the time";
-        candidates_finished_strained: usize = 6, "",
-            "The same where nominal values are strained.",
-            "the first steps lead less far there";
         candidates_strained: usize = 14, "",
-            "Most candidates tried where nominal values are strained.",
-            "bounds the time";
-        same_fit: f64 = 1.0, "log-likelihood",
-            "Fits of the same causes are one fit if their costs differ by no more.",
-            "a sixth of a tie";
-        dispersion_changed: f64 = 1.1, "",
-            "Extensions found before are fitted anew where the dispersion has changed by this factor.",
-            "a tenth";
-        step_overcoming: f64 = 0.2, "scales",
-            "Step of difference quotients for effects that must be overcome before they act.",
-            "a fifth of a visible change";
-        starts_sloped: usize = 3, "",
-            "Initial values of an effect from which slopes are taken.",
-            "bounds the time";
+            "The same where nominal values are strained: scores mislead there.",
+            "half of it, a recorded scale of the position is missed: five nominal values take its place";
         beyond_doubt: f64 = 10.0, "times required",
             "A cause that gains this many times what it must is kept without a refit.",
             "an order of magnitude";
-        pruned_to_the_end: usize = 2, "",
-            "So many extensions are pruned to the end, best first.",
-            "bounds the time";
         alternatives: usize = 5, "",
             "Candidates tried in the place of each cause.",
-            "bounds the time";
-        exchanges: usize = 6, "",
-            "Most exchanges.",
             "bounds the time";
         likelier: f64 = 4.0, "log-likelihood",
             "An exchange must gain this.",
             "odds of exp(4) = 55 to 1";
         tie_of_gain: f64 = 0.003, "of the gain",
             "Beside a tie in log-likelihood: alternatives within this part of what the cause gains.",
-            "numerical error of the balances";
+            "numerical error of the balances; without it three of the recorded logs lose a tie";
         most_causes: usize = 4, "",
             "No more causes are composed.",
             "one more than is ever named";
+        most_effort: f64 = 400.0, "million samples",
+            "Once the balances have run over so many samples, no more causes are exchanged.",
+            "16 s of one core, so 10 s on two; of twenty logs answered rightly one needs more";
+        most_effort_open: f64 = 150.0, "million samples",
+            "The same while a balance is wide open, and no search begins anew from other first causes.",
+            "6 s of one core: by then hardly any search came to a name";
+        most_effort_supported: f64 = 150.0, "million samples",
+            "What the extended rig should have besides is looked for with so much more.",
+            "6 s of one core";
+        most_supported: usize = 12, "",
+            "Most effects of an extended rig.",
+            "a rig with everything that data sheets leave out has about ten";
+        support_iterations: usize = 6, "",
+            "Iterations of fits of an extended rig before the last one.",
+            "bounds the time";
+        support_candidates: usize = 5, "",
+            "Effects tried at once for it, best score first.",
+            "bounds the time";
         restarts: usize = 2, "",
             "Other first causes tried where a search ends wide open.",
             "the second or third best first cause led to the truth in the two logs that failed without";
@@ -519,9 +462,6 @@ constants! {
         like_noise: f64 = 1.25, "times noise",
             "A balance of less cost and long-run variance may be noise.",
             "causes fitted to it make it a little less than white";
-        worst_left_out: f64 = 0.02, "of the samples",
-            "The worst innovations, left out where a mass balance is judged.",
-            "a slam into an end stop";
         no_worse: f64 = 1.01, "times",
             "Squared errors on the part held back may grow by this.",
             "1 %: chance";
@@ -531,12 +471,6 @@ constants! {
         plain_gain: f64 = 0.1, "of the noise's cost",
             "What a plain gain is.",
             "a tenth";
-        white_enough: f64 = 1.12, "times noise",
-            "Up to this cost causes leave nothing in a balance.",
-            "chosen: above what right models leave";
-        least_excess: f64 = 0.2, "of the gain",
-            "Part of what causes gain that must be misfit beyond noise, or strain of nominal values.",
-            "chosen: a model that only suppresses noise is no cause";
         most_named: usize = 3, "",
             "Most causes named at once.",
             "more are rather one that the catalogue lacks";
@@ -555,21 +489,18 @@ constants! {
         run_in_s: f64 = 0.15, "s",
             "The spool runs in for this long before each restart.",
             "ten times a valve lag of 10 ms";
+        restart_s: f64 = 0.06, "s",
+            "So much before a restart tells by how much the model that ran in is behind, and how fast it falls back.",
+            "60 samples at 1 kHz: 0.4 mm/s of error from 50 um of noise, less than the centred window of the velocity";
+        least_restart_rows: usize = 4, "samples",
+            "And no fewer samples.",
+            "a line through three has one to spare";
         term_gain: f64 = 25.0, "log-likelihood",
             "A term outside the catalogue must gain this.",
             "three times a cause's penalty: no physics of its own speaks for it";
-        term_share: f64 = 0.03, "of the cost",
-            "And this part of the cost of the balances it acts on.",
-            "less describes nothing";
         most_terms: usize = 3, "",
             "Terms in one description.",
             "more cannot be read";
-        terms_fitted: usize = 3, "",
-            "Terms fitted in each round.",
-            "bounds the time";
-        term_iterations: usize = 5, "",
-            "Iterations of such a fit.",
-            "factors enter linearly";
         closed_hold_out: f64 = 1.75, "times noise",
             "Up to this error the whole model predicts the part held back as well as it can.",
             "right extended rigs reached 1.5 where the piston sticks and slips";

@@ -9,16 +9,17 @@ use crate::data::channel::{Channel, Channels};
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
+use crate::estimate::effort::Effort;
 use crate::estimate::problem::{Fit, Problem};
 use crate::estimate::{between_rows, noise_level};
 use crate::explain::residuals::Residuals;
-use crate::explain::{calibration, cause, experiments, identifiability};
+use crate::explain::{calibration, cause, experiments, extension, identifiability};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::nominal;
 use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
 use crate::select::search::{self, Found};
-use crate::validate::{closure, foreign_terms, hold_out, verdict};
+use crate::validate::{closure, foreign_terms, hold_out, support, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
 use std::sync::OnceLock;
@@ -53,7 +54,10 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
     let mut record = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, &nominal);
+    let effort = Effort::default();
     let mut reconsidered = [false; 3];
+    // Where a search begins: causes found under another reading of the rows are most of the way.
+    let mut begin: Option<Hypothesis> = None;
     loop {
         let library = term_library::library(&record, &plant, judgeable);
         let signals = Signals::default();
@@ -65,6 +69,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             judgeable,
             nominal: &corrected,
             signals: &signals,
+            effort: &effort,
             terms: &library,
             dispersion: [1.0; 4],
             judged: OnceLock::new(),
@@ -79,7 +84,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             }
         }
         // A fit can only fail on a rig that cannot be simulated, which was checked above.
-        let Some(found) = search::search(&mut problem, &nominal, progress) else {
+        let Some(found) = search::search(&mut problem, &nominal, begin.take(), progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
         // What the causes explain may have looked like a command that moved between rows, or the other way round; or like
@@ -88,12 +93,14 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             let best = &found.best.hypothesis;
             let again = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, best);
             if again.command_moved() != record.command_moved() && !reconsidered[1] {
+                begin = Some(best.clone());
                 (record, reconsidered) = (again, [false, true, reconsidered[2]]);
                 continue;
             }
             if !reconsidered[2]
                 && let Some(quieter) = noise_level::quieter(&problem, &found.best)
             {
+                begin = Some(found.best.hypothesis.clone());
                 (record, reconsidered) = (quieter, [true; 3]);
                 continue;
             }
@@ -111,29 +118,42 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let causes = effects.map(|(index, effect)| cause::cause(problem, &found, *effect, index)).collect();
     let judgement = verdict::judge(problem, &found, &balances, causes);
 
-    // A lead is not proven, so it does not become part of the extended rig.
-    let mut kept = found.best.hypothesis.clone();
+    // A lead is not proven: the verdict asks what the model predicts without it.
+    let mut proven = found.best.hypothesis.clone();
     for lead in &judgement.leads {
         if let Some(effect) = Effect::from_id(&lead.id) {
-            kept = kept.without(effect, problem.nominal);
+            proven = proven.without(effect, problem.nominal);
         }
     }
-    let refitted = (!judgement.leads.is_empty()).then(|| problem.fit(kept, 6).map(|fit| problem.with_errors(fit)));
+    let named = proven.effects.clone();
+    let refitted = (!judgement.leads.is_empty()).then(|| problem.fit(proven, 6).map(|fit| problem.with_errors(fit)));
     let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
-    let mut extended_rig = kept.hypothesis.rig(rig, &kept.hypothesis.values);
-    extended_rig.name = format!("{}, extended", rig.name);
-    let held = hold_out::Comparison::new(
-        record,
-        (rig, 0.0),
-        (&extended_rig, kept.hypothesis.supply_sensor_pa(&kept.hypothesis.values)),
-    );
-    let at = |horizon_s: f64| held.as_ref()?.gain(horizon_s);
-    let horizons = hold_out::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(horizon_s)?.0)).collect();
-    let (gain, overlay) =
-        at(hold_out::HORIZON_S).map_or_else(Default::default, |(gain, overlay)| (Some(gain), overlay));
-
-    let closed = gain.is_none_or(|gain| gain.holdout.closed());
+    let predicts = |fit: &Fit| {
+        let (h, values) = (&fit.hypothesis, &fit.hypothesis.values);
+        let rig = h.rig(rig, values);
+        hold_out::Comparison::new(record, (problem.rig, 0.0), (&rig, h.supply_sensor_pa(values)))
+    };
+    let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
+    let mut held = predicts(&kept);
+    let mut nearest = at(&held, hold_out::HORIZON_S);
+    let closed = nearest.as_ref().is_none_or(|(gain, _)| gain.holdout.closed());
     let verdict = judgement.verdict(closed);
+    // The extended rig has all that the part held back supports, named or not.
+    let mut extended = kept.clone();
+    if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+        let all = support::supported(problem, &found, &named, judgement.open != 0 || !closed);
+        if all.hypothesis.effects != kept.hypothesis.effects {
+            extended = problem.with_errors(all);
+            held = predicts(&extended);
+            nearest = at(&held, hold_out::HORIZON_S);
+        }
+    }
+    let mut extended_rig = extended.hypothesis.rig(rig, &extended.hypothesis.values);
+    extended_rig.name = format!("{}, extended", rig.name);
+    let horizons =
+        hold_out::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(&held, horizon_s)?.0)).collect();
+    let (gain, overlay) = nearest.map_or_else(Default::default, |(gain, overlay)| (Some(gain), overlay));
+    let extension = extension::extension(problem, &extended, &judgement.causes);
     let description = match verdict {
         Verdict::Unexplained | Verdict::PartlyExplained => {
             description(problem, &kept, judgement.open | verdict::acted_on(&judgement.leads))
@@ -158,10 +178,11 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         verdict,
         next_experiment: experiments::next_experiment(verdict, &judgement.causes, problem),
         causes: judgement.causes,
-        calibration: calibration::calibration(problem, &kept),
+        extension,
+        calibration: calibration::calibration(problem, &extended),
         gain,
         horizons,
-        not_identifiable: identifiability::not_identifiable(problem, &kept),
+        not_identifiable: identifiability::not_identifiable(problem, &extended),
         leads: if verdict == Verdict::NoGap { Vec::new() } else { judgement.leads },
         description,
         balances,
@@ -185,7 +206,10 @@ fn held_back_s(record: &Record) -> f64 {
 /// Terms outside the catalogue that the balances in `lacking` need in addition to the fit; `None` if there are none.
 fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<Description> {
     let extended = foreign_terms::extend(problem, fit, lacking);
-    (!extended.terms.is_empty()).then(|| foreign_terms::describe(problem, &problem.held_back(), fit, extended))
+    let found =
+        (!extended.terms.is_empty()).then(|| foreign_terms::describe(problem, &problem.held_back(), fit, extended));
+    // What does not hold on the part held back describes only the part it was fitted to.
+    found.filter(|found| found.holdout_share.is_nan() || found.holdout_share > 0.0)
 }
 
 fn evidence(problem: &Problem<'_>, innovations: [Innovations; 2], overlay: Overlay) -> Evidence {

@@ -37,5 +37,5 @@ pub use explain::residuals::{Curve, Model, Quantity, Residuals, Spectrum};
 pub use friction::{Finding, FrictionMap, FrictionMapError, FrictionRun, OffCentre, RippleLine, Stage, friction_map};
 pub use outcome::{
     Balance, Calibration, Cause, Dependence, Description, Diagnosis, Estimate, Evidence, Gain, HoldOut, Hypothesised,
-    LogSummary, MissingTerm, Overlay, Peak, PerChannel,
+    LogSummary, MissingTerm, Overlay, Peak, PerChannel, Standing, Supported,
 };

@@ -7,7 +7,7 @@
 //! measured, so a force is named only if it is the weight of the moving mass.
 
 use crate::data::record::Record;
-use crate::outcome::{Cause, Diagnosis, Estimate, Evidence, LogSummary};
+use crate::outcome::{Cause, Diagnosis, Estimate, Evidence, LogSummary, Standing, Supported};
 use plant_model::Effect;
 use rig_files::{RigFile, Verdict};
 
@@ -217,6 +217,13 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
             share: 1.0,
         });
     }
+    let supported = |cause: &Cause| Supported {
+        id: cause.id.clone(),
+        standing: Standing::Tied,
+        parameters: cause.parameters.clone(),
+        gain: None,
+    };
+    let extension = causes.iter().map(supported).collect();
     let judged = [Effect::ConstantForce];
     let not_identifiable = Effect::ALL
         .into_iter()
@@ -227,6 +234,7 @@ pub(crate) fn diagnose_one_pressure(rig: &RigFile, record: &Record) -> Option<Di
         // Driven strokes stay open: what is missing there may be the pressure that was not measured.
         verdict: if causes.is_empty() { Verdict::NoGap } else { Verdict::PartlyExplained },
         causes,
+        extension,
         calibration: Vec::new(),
         gain: None,
         horizons: Vec::new(),

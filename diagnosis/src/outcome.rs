@@ -32,6 +32,44 @@ pub struct Cause {
     pub share: f64,
 }
 
+/// How well an effect of the extended rig stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Standing {
+    /// A named cause.
+    Named,
+    /// A named cause that this log cannot tell from others.
+    Tied,
+    /// Not proven, but the part held back is predicted better with it.
+    WorkingHypothesis,
+}
+
+impl Standing {
+    /// In words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Named => "named cause",
+            Self::Tied => "named cause with ties",
+            Self::WorkingHypothesis => "working hypothesis",
+        }
+    }
+}
+
+/// An effect that the extended rig has and the rig file has not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Supported {
+    /// Identifier of the effect catalogue.
+    pub id: String,
+    /// How well it stands.
+    pub standing: Standing,
+    /// Its parameters.
+    pub parameters: Vec<Estimate>,
+    /// Share of the misfit of the balances it acts on that it takes away on the part held back, everything else as it is;
+    /// `null` where nothing was held back.
+    pub gain: Option<f64>,
+}
+
 /// A nominal value, corrected within a few of its stated tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
@@ -219,6 +257,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Causes, by how much of the gap each explains.
     pub causes: Vec<Cause>,
+    /// All effects that the extended rig has and the rig file has not, named or not.
+    pub extension: Vec<Supported>,
     /// Nominal values corrected within tolerance.
     pub calibration: Vec<Calibration>,
     /// Gain on the part held back; `null` where the log does not allow full predictions.
@@ -239,7 +279,7 @@ pub struct Diagnosis {
     pub log: LogSummary,
     /// All hypotheses tried, best first.
     pub hypotheses: Vec<Hypothesised>,
-    /// The rig with its nominal values corrected and the causes added.
+    /// The rig with its nominal values corrected and the effects of `extension` added.
     #[serde(skip)]
     pub extended_rig: RigFile,
     /// Material for pictures.

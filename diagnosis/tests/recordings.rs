@@ -2,9 +2,12 @@
 //! class of logs from the independent simulator.
 
 use diagnosis::{Diagnosis, DiagnosisError, Weight, check, diagnose};
+use plant_model::Effect;
 use rig_files::{Column, Log, RigFile, Verdict};
 use std::cell::Cell;
+use std::path::Path;
 use synthesis::blind::{Answer, Class, Named, Nominal, Outcome, Plan, plans, score};
+use synthesis::furnished;
 
 const SEED: u64 = 20_261_122;
 
@@ -74,6 +77,32 @@ fn a_position_that_ends_at_its_sensors_limit_is_not_judged_there() {
 #[test]
 fn small_but_plain_deviations_are_found() {
     stands(Class::Slight);
+}
+
+/// A rig with all that data sheets leave out, described by its data sheets: what is named must be there. Of the gap at 0.2 s at
+/// least 65 % must be closed; the goal is 80 %, see `docs/diagnosis.md` for what was measured.
+#[test]
+fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsbc-32-200.toml");
+    let sheet = RigFile::read(&file).expect("a shipped rig");
+    for seed in SEED..SEED + if everything() { 4 } else { 1 } {
+        let case = furnished(&sheet, 40.0, seed);
+        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        // A slight incline is a constant force.
+        let mut hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
+        hidden.push(Effect::ConstantForce.id());
+        let there = |cause: &&diagnosis::Cause| {
+            hidden.contains(&cause.id.as_str()) || cause.ties.iter().any(|tie| hidden.contains(&tie.as_str()))
+        };
+        let wrong: Vec<_> = found.causes.iter().filter(|cause| !there(cause)).collect();
+        assert!(wrong.is_empty(), "seed {seed}: {wrong:#?}");
+        let held = found.gain.expect("held back").holdout;
+        let [before, after, floor] =
+            [held.baseline_rmse, held.extended_rmse, held.noise_floor].map(|e| e.y_m.expect("a position"));
+        let closed = (before - after) / (before - floor);
+        println!("seed {seed}: {:?}, {:.0} % of {:.2} mm closed", found.verdict, 100.0 * closed, 1.0e3 * before);
+        assert!(closed > 0.65, "seed {seed}: {closed:.2} of {before} m closed, {:?}", found.extension);
+    }
 }
 
 /// A log without a hidden effect, with its rig.

@@ -38,6 +38,8 @@ pub(crate) struct Balance {
     /// 1 if the chamber grows towards B, −1 if it shrinks.
     pub(crate) towards_b: f32,
     pub(crate) side: Side,
+    /// Distance of the piston from the chamber's end, m.
+    pub(crate) distance_m: f32,
     /// Motion during the tick in the direction in which the chamber grows, m.
     pub(crate) step_m: f32,
     pub(crate) smoothed_step_m: f32,
@@ -93,7 +95,14 @@ impl Watch {
         let flow = |filling: bool, opening: f32| {
             orifices.inflow(filling, opening, p, interval.supply_pa, m.atmosphere_pa).mass_flow
         };
-        let inflow = flow(balance.filling, valve.opening);
+        let bore = flow(balance.filling, valve.opening);
+        // Whoever turned the needle's screw did not tell: all that it may hold back is allowed.
+        let inflow = if orifices.cushion.is_some() {
+            let (y, supply) = (balance.distance_m, interval.supply_pa);
+            orifices.inflow_at(y, balance.filling, valve.opening, p, supply, m.atmosphere_pa).mass_flow
+        } else {
+            bore
+        };
         let per_kg_per_s = interval.plant.energy_j_per_kg() * interval.tick_s * balance.inverse_volume_per_m3;
         let per_metre = m.exponent * area_m2 * p * balance.inverse_volume_per_m3;
         let by_flow = per_kg_per_s * (inflow + balance.leak_kg_per_s);
@@ -114,7 +123,7 @@ impl Watch {
         let position_doubt = interval.parameters.position_m * area_m2 * balance.inverse_volume_per_m3;
         let emptier = (balance.middle_volume_m3 * balance.inverse_volume_per_m3 - 1.0).at_least(0.0);
         let relative = interval.parameters.relative * (1.0 + VOLUME_PART * emptier);
-        let allowed_pa = (relative + position_doubt) * activity + per_kg_per_s * doubt;
+        let allowed_pa = (relative + position_doubt) * activity + per_kg_per_s * (doubt + (bore - inflow).abs());
         self.allowance_pa = (self.allowance_pa + allowed_pa) * interval.keep;
         let noise = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;
         let metres_per_pa = 1.0 / per_metre;

@@ -227,6 +227,7 @@ impl Monitor {
             middle_volume_m3: middle_a,
             towards_b: 1.0,
             side: Side::A,
+            distance_m: m.half_stroke_m + y_m,
             step_m,
             smoothed_step_m: self.smoothed_step_m,
             filling: valve.fills_a,
@@ -238,6 +239,7 @@ impl Monitor {
             middle_volume_m3: middle_b,
             towards_b: -1.0,
             side: Side::B,
+            distance_m: m.half_stroke_m - y_m,
             step_m: -step_m,
             smoothed_step_m: -self.smoothed_step_m,
             filling: !valve.fills_a,
@@ -245,13 +247,19 @@ impl Monitor {
         };
         let (check_a, moved_a) =
             self.a.advance(&interval, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
-        let (check_b, moved_b) =
-            self.b.advance(&interval, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa);
+        // The air of a single-acting cylinder's other chamber is the room's.
+        let (check_b, moved_b) = if self.plant.is_single_acting() {
+            (Check::default(), moved_a.alone())
+        } else {
+            self.b.advance(&interval, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa)
+        };
         let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
         let bent = Bent {
             position_m: readings.position_m,
             force_n: m.area_b_m2 * (mean_a - mean_b) + (m.area_a_m2 - m.area_b_m2) * (mean_a - m.atmosphere_pa)
-                - m.mass_kg * m.gravity_m_per_s2,
+                - m.mass_kg * m.gravity_m_per_s2
+                - m.spring_preload_n
+                - m.spring_n_per_m * (m.half_stroke_m + y_m),
             missing: self.missing.since_a_bend(),
             metres_per_pa: 0.5 * (moved_a.metres_per_pa + moved_b.metres_per_pa),
         };

@@ -31,6 +31,15 @@ pub(crate) struct Contribution {
     pub(crate) metres_per_pa: f32,
 }
 
+impl Contribution {
+    /// In place of the other chamber's, where there is none: the mean of both is then that of one, whose noise nothing
+    /// averages out.
+    pub(crate) fn alone(self) -> Self {
+        const TWICE_ROOT_TWO_LESS_ONE: f32 = 1.828_427_1;
+        Self { metres_per_pa: TWICE_ROOT_TWO_LESS_ONE * self.metres_per_pa, ..self }
+    }
+}
+
 /// What the sensor does not show of the motion.
 #[derive(Clone, Copy, Debug, Default)]
 struct Memory {

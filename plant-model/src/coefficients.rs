@@ -1,5 +1,6 @@
 //! Nominal parameters with all effects folded in.
 
+use crate::cushion::Cushion;
 use crate::dead_zone::DeadZone;
 use crate::hose::Hose;
 
@@ -25,7 +26,7 @@ pub struct Coefficients<R> {
     pub valve_b: ValvePaths<R>,
     /// Piston area towards chamber A, m2.
     pub area_a_m2: R,
-    /// Piston area towards chamber B, m2.
+    /// Piston area towards chamber B, m2; 0 for a single-acting cylinder, whose chamber B breathes freely.
     pub area_b_m2: R,
     /// Half the stroke, m.
     pub half_stroke_m: R,
@@ -33,6 +34,10 @@ pub struct Coefficients<R> {
     pub volume_a0_m3: R,
     /// Volume of chamber B at mid-stroke, m3.
     pub volume_b0_m3: R,
+    /// Rate of the spring in chamber B, N/m; 0 for a double-acting cylinder.
+    pub spring_n_per_m: R,
+    /// The spring's force with the piston at `−L/2`, N.
+    pub spring_preload_n: R,
     /// Delay of the command by the hoses, s.
     pub hose_delay_s: R,
     /// Moving mass, kg.
@@ -66,4 +71,6 @@ pub struct ValvePaths<R> {
     pub critical_ratios: Option<[R; 2]>,
     /// The hose, if it is described.
     pub hose: Option<Hose<R>>,
+    /// The cushion at the chamber's end, if it has one.
+    pub cushion: Option<Cushion<R>>,
 }

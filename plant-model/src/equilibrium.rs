@@ -12,7 +12,7 @@ impl<R: Real> Rig<R> {
     #[must_use]
     pub fn equilibrium_pressures_pa(&self) -> [R; 2] {
         let even = self.cylinder.area_a_m2 == self.cylinder.area_b_m2 && self.load.inclination_deg == R::ZERO;
-        if self.follows_iso6358() || !even {
+        if self.follows_iso6358() || !even || self.cylinder.is_single_acting() {
             return Plant::unchecked(self).equilibrium_pressures_pa();
         }
         let (fill, exhaust) = (self.valve.fill_coefficient_kg_per_s_pa, self.valve.exhaust_coefficient_kg_per_s_pa);
@@ -34,6 +34,11 @@ impl<R: Real> Plant<R> {
     pub fn equilibrium_pressures_pa(&self) -> [R; 2] {
         let m = self.coefficients();
         let (supply, atmosphere) = (m.supply_pa, m.atmosphere_pa);
+        if self.single_acting {
+            // At mid-stroke against the spring.
+            let force_n = m.spring_preload_n + m.spring_n_per_m * m.half_stroke_m + self.weight_n;
+            return [(atmosphere + force_n / m.area_a_m2).limit(atmosphere, supply), atmosphere];
+        }
         // At a small opening, where hoses hold nothing back.
         let magnitude = R::of(0.01);
         let balanced_b = |p_a: R| {

@@ -9,6 +9,8 @@ pub struct Flow<R> {
     pub by_chamber: R,
     /// Derivative by the supply pressure, kg/(s Pa).
     pub by_supply: R,
+    /// Derivative by the piston's distance from the chamber's end, kg/(s m): a cushion's.
+    pub by_distance: R,
     /// `d ln q / d ln opening`: 1 without a hose, less where the hose holds back more than the valve.
     pub opening_exponent: R,
 }

@@ -26,7 +26,11 @@ pub const REFERENCE_DENSITY_KG_PER_M3: f64 = 1.185;
 /// Its temperature, K.
 pub const REFERENCE_TEMPERATURE_K: f64 = 293.15;
 
-/// The resistance of a hose.
+/// Critical pressure ratio of a throttle. ISO 6358 tables give 0.2 to 0.5 for fittings and throttles; it matters only
+/// beside a valve of that law, whose own ratio it changes by at most as much.
+pub(crate) const THROTTLE_CRITICAL_RATIO: f64 = 0.3;
+
+/// The resistance of a hose, or of anything else in series with the valve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hose<R> {
     /// Sonic conductance, kg/(s Pa).
@@ -71,6 +75,22 @@ impl<R: Real> Hose<R> {
         let sonic = R::of(0.029) * area / (length_m / power + R::of(510.0)).sqrt();
         let conductance = mass_conductance(sonic, temperature_k);
         Some(Self { conductance, critical_ratio: R::of(474.0) * sonic / area, coefficient: conductance / full_drop })
+    }
+
+    /// A throttle through which passes `1/ratio` of what passes through a path that lets `open` pass: kg/(s Pa) of
+    /// difference of pressure by the linear law, of pressure upstream by ISO 6358. `full_drop` as for [`Hose::new`].
+    pub(crate) fn throttle(open: R, ratio: R, iso6358: bool, full_drop: R) -> Self {
+        let passes = open / ratio;
+        let (coefficient, conductance) =
+            if iso6358 { (passes / full_drop, passes) } else { (passes, passes * full_drop) };
+        Self { conductance, critical_ratio: R::of(THROTTLE_CRITICAL_RATIO), coefficient }
+    }
+
+    /// With another resistance behind it, as one.
+    pub(crate) fn and(&self, other: &Self) -> Self {
+        let Series { conductance, critical_ratio, .. } = other.behind(self.conductance, self.critical_ratio);
+        let coefficient = self.coefficient * other.coefficient / (self.coefficient + other.coefficient);
+        Self { conductance, critical_ratio, coefficient }
     }
 
     /// In series with a path of the valve that is not closed.

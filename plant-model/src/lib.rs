@@ -20,6 +20,7 @@ extern crate std;
 mod chamber;
 mod coefficients;
 mod command_path;
+pub mod cushion;
 pub mod dead_zone;
 pub mod effects;
 mod equilibrium;

@@ -1,6 +1,7 @@
 //! The plant: nominal parameters and effects folded into one right-hand side.
 
 use crate::coefficients::{Coefficients, ValvePaths};
+use crate::cushion::Cushion;
 use crate::dead_zone::DeadZone;
 use crate::effects::terms::Chamber;
 use crate::effects::{Added, ChamberFlow, Effects, Side};
@@ -10,7 +11,7 @@ use crate::measurement::Measurement;
 use crate::opening::OpeningCurve;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
-use crate::valve_flow::{Opening, Orifices};
+use crate::valve_flow::{Flow, Opening, Orifices};
 
 /// The smallest volume a chamber can have, as a part of the swept volume `A L` (erratum: case (b) would reach zero).
 pub const MINIMUM_VOLUME_RATIO: f64 = 0.005;
@@ -81,6 +82,8 @@ pub struct Plant<R> {
     pub(crate) uneven_acceleration_per_pa: R,
     pub(crate) minimum_level_n: R,
     pub(crate) level_varies: bool,
+    /// A spring in place of chamber B's air.
+    pub(crate) single_acting: bool,
     extended: bool,
 }
 
@@ -129,7 +132,9 @@ impl<R: Real> Plant<R> {
             valve_a: Self::valve_paths(rig, Side::A),
             valve_b: Self::valve_paths(rig, Side::B),
             area_a_m2: c.area_a_m2,
-            area_b_m2: c.area_b_m2,
+            area_b_m2: if c.is_single_acting() { R::ZERO } else { c.area_b_m2 },
+            spring_n_per_m: c.spring_n_per_m,
+            spring_preload_n: c.spring_preload_n,
             half_stroke_m: c.stroke_m * R::HALF,
             volume_a0_m3: c.volume_a0_m3 + hose::volume_m3(h.a_length_m, h.a_diameter_m),
             volume_b0_m3: c.volume_b0_m3 + hose::volume_m3(h.b_length_m, h.b_diameter_m),
@@ -164,9 +169,10 @@ impl<R: Real> Plant<R> {
         };
         let full_drop = (s.pressure_pa - s.atmosphere_pa) / s.pressure_pa;
         let hose = Hose::new(length_m, diameter_m, rig.gas.temperature_k, full_drop);
+        let cushion = Self::cushion(rig, side, full_drop);
         if !rig.follows_iso6358() {
             let (fill, exhaust) = (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa);
-            return ValvePaths { fill, exhaust, critical_ratios: None, hose };
+            return ValvePaths { fill, exhaust, critical_ratios: None, hose, cushion };
         }
         let (fill, exhaust, ratios) = match side {
             Side::A => (
@@ -181,18 +187,37 @@ impl<R: Real> Plant<R> {
             ),
         };
         let [fill, exhaust] = [fill, exhaust].map(|sonic| rig.sonic_flow_per_rad(sonic));
-        ValvePaths { fill, exhaust, critical_ratios: Some(ratios), hose }
+        ValvePaths { fill, exhaust, critical_ratios: Some(ratios), hose, cushion }
+    }
+
+    fn cushion(rig: &Rig<R>, side: Side, full_drop: R) -> Option<Cushion<R>> {
+        let c = &rig.cushions;
+        let (length_m, sonic) = match side {
+            Side::A => (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa),
+            Side::B => (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa),
+        };
+        let conductance = hose::mass_conductance(sonic, rig.gas.temperature_k);
+        let needle = Hose::throttle(conductance, R::ONE, true, full_drop);
+        (length_m > R::ZERO).then_some(Cushion { length_m, needle })
     }
 
     fn assemble(rig: &Rig<R>, model: Coefficients<R>, added: Added<R>) -> Self {
+        let single_acting = rig.cylinder.is_single_acting();
         let orifices = |valve: &ValvePaths<R>| Orifices {
             fill: valve.fill,
             exhaust: valve.exhaust,
             iso6358: added.choked_flow.on(valve, model.supply_pa, model.atmosphere_pa),
             hose: valve.hose,
+            cushion: valve.cushion.map(|cushion| Cushion {
+                needle: valve.hose.map_or(cushion.needle, |hose| hose.and(&cushion.needle)),
+                ..cushion
+            }),
         };
-        let (orifices_a, orifices_b) = (orifices(&model.valve_a), orifices(&model.valve_b));
-        let linear = |o: &Orifices<R>| o.iso6358.is_none() && o.hose.is_none();
+        let orifices_a = orifices(&model.valve_a);
+        // The valve's port to a chamber that breathes freely is plugged.
+        let plugged = Orifices { fill: R::ZERO, exhaust: R::ZERO, iso6358: None, hose: None, cushion: None };
+        let orifices_b = if single_acting { plugged } else { orifices(&model.valve_b) };
+        let linear = |o: &Orifices<R>| o.iso6358.is_none() && o.hose.is_none() && o.cushion.is_none();
         let weight_n = model.mass_kg * model.gravity_m_per_s2;
         let level_varies = added.changes_sliding_force();
         let stroke_m = model.half_stroke_m + model.half_stroke_m;
@@ -225,10 +250,12 @@ impl<R: Real> Plant<R> {
             uneven_acceleration_per_pa: uneven_area_m2 / model.mass_kg,
             minimum_level_n: R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n,
             level_varies,
+            single_acting,
             extended: level_varies
                 || added.is_present()
                 || uneven_area_m2 != R::ZERO
                 || weight_n != R::ZERO
+                || single_acting
                 || !(linear(&orifices_a) && linear(&orifices_b)),
             model,
             added,
@@ -336,6 +363,12 @@ impl<R: Real> Plant<R> {
         self.curve.as_ref()
     }
 
+    /// Whether a spring in chamber B takes the place of its air, which is at atmospheric pressure.
+    #[must_use]
+    pub fn is_single_acting(&self) -> bool {
+        self.single_acting
+    }
+
     /// Half the stroke, m: the end stops stand at plus and minus this position.
     #[must_use]
     pub fn half_stroke_m(&self) -> R {
@@ -361,6 +394,16 @@ impl<R: Real> Plant<R> {
         }
     }
 
+    /// Flow into a chamber through the valve, its hose and cushion, with the piston at `y_m` in m; as
+    /// [`Orifices::inflow_at`].
+    #[inline]
+    #[must_use]
+    pub fn valve_inflow(&self, side: Side, y_m: R, filling: bool, magnitude: R, p: R, supply: R) -> Flow<R> {
+        let (half, atmosphere) = (self.model.half_stroke_m, self.model.atmosphere_pa);
+        let distance_m = if side == Side::A { half + y_m } else { half - y_m };
+        self.orifices(side).inflow_at(distance_m, filling, magnitude, p, supply, atmosphere)
+    }
+
     /// The volume below which a chamber is never taken to shrink, m3.
     #[must_use]
     pub fn minimum_volume_m3(&self, side: Side) -> R {
@@ -374,6 +417,9 @@ impl<R: Real> Plant<R> {
     /// the other chamber's pressure, what depends on it is left out.
     #[inline]
     pub fn add_flows(&self, side: Side, p_pa: R, p_other_pa: Option<R>, flow: &mut ChamberFlow<R>) {
+        if self.single_acting && side == Side::B {
+            return;
+        }
         self.added.flow(&Chamber { side, p_pa, p_other_pa, atmosphere_pa: self.model.atmosphere_pa }, flow);
     }
 
@@ -444,6 +490,7 @@ impl<R: Real> Plant<R> {
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.
     #[must_use]
     pub fn state_at_rest(&self, y_m: R, p_a_pa: R, p_b_pa: R) -> State<R> {
+        let p_b_pa = if self.single_acting { self.model.atmosphere_pa } else { p_b_pa };
         State {
             y_m,
             p_a_pa,

@@ -193,6 +193,10 @@ rig! {
         volume_a0_m3 = 2.5e-4, "m3", 1.0e-9 => 10.0;
         /// Volume of chamber B at mid-stroke `V_b0`, hose included unless `hose_b` describes it.
         volume_b0_m3 = 2.5e-4, "m3", 1.0e-9 => 10.0;
+        /// Rate of the spring in chamber B of a single-acting cylinder, which presses towards `−L/2` and breathes freely.
+        spring_n_per_m = 0.0, "N/m", 1.0 => 1.0e7, optional;
+        /// Force of that spring with the piston at `−L/2`.
+        spring_preload_n = 0.0, "N", 1.0e-2 => 1.0e6, optional;
     }
     /// What the piston moves (Table 1).
     load: Load {
@@ -228,6 +232,17 @@ rig! {
         b_length_m as "hose_b.length_m" = 0.0, "m", 1.0e-3 => 100.0, optional;
         /// Inner diameter of the hose from the valve to chamber B.
         b_diameter_m as "hose_b.diameter_m" = 0.0, "m", 5.0e-4 => 0.1, optional;
+    }
+    /// The cushions at the ends of the stroke, where the rig file describes them: `cushion.rs` has the model.
+    cushions: Cushions {
+        /// Length of the cushion at chamber A's end.
+        cushion_a_length_m as "cushion_a.length_m" = 0.0, "m", 1.0e-4 => 1.0, optional;
+        /// Sonic conductance `C` of ISO 6358 of its needle.
+        cushion_a_conductance_m3_per_s_pa as "cushion_a.conductance_m3_per_s_pa" = 0.0, "m3/(s Pa)", 1.0e-13 => 1.0e-5, optional;
+        /// Length of the cushion at chamber B's end.
+        cushion_b_length_m as "cushion_b.length_m" = 0.0, "m", 1.0e-4 => 1.0, optional;
+        /// Sonic conductance `C` of ISO 6358 of its needle.
+        cushion_b_conductance_m3_per_s_pa as "cushion_b.conductance_m3_per_s_pa" = 0.0, "m3/(s Pa)", 1.0e-13 => 1.0e-5, optional;
     }
     => both sides {
         /// Piston area `A` of both sides, instead of `area_a_m2` and `area_b_m2`.
@@ -332,6 +347,18 @@ pub fn rig_key(name: &str) -> Option<&'static RigKey> {
 pub const RIG_NUMBERS: usize = RIG_KEYS.len() + 1 + 2 * OPENING_POINTS;
 
 impl<R: Real> Cylinder<R> {
+    /// Whether a spring in chamber B takes the place of its air.
+    #[must_use]
+    pub fn is_single_acting(&self) -> bool {
+        self.spring_n_per_m > R::ZERO || self.spring_preload_n > R::ZERO
+    }
+
+    /// The spring's force against positive motion with the piston at `y_m` in m; 0 for a double-acting cylinder.
+    #[must_use]
+    pub fn spring_force_n(&self, y_m: R) -> R {
+        self.spring_preload_n + self.spring_n_per_m * (R::HALF * self.stroke_m + y_m)
+    }
+
     /// The mean of both areas, m2; what a figure for the cylinder as a whole is made of.
     #[must_use]
     pub fn mean_area_m2(&self) -> R {
@@ -392,6 +419,7 @@ impl<R: Real> Rig<R> {
         )?;
         self.validate_valve()?;
         self.validate_hoses()?;
+        self.validate_cushions()?;
         check(
             "valve.dead_zone_left_v",
             v.dead_zone_left_v,
@@ -452,6 +480,25 @@ impl<R: Real> Rig<R> {
                 (l > R::ZERO) == (d > R::ZERO),
                 "be stated together with the hose's diameter_m",
             )?;
+        }
+        Ok(())
+    }
+
+    fn validate_cushions(&self) -> Result<(), ParameterError> {
+        const PAIRS: [[Place; 2]; 2] = [
+            [Place::cushion_a_length_m, Place::cushion_a_conductance_m3_per_s_pa],
+            [Place::cushion_b_length_m, Place::cushion_b_conductance_m3_per_s_pa],
+        ];
+        for [length, conductance] in PAIRS {
+            let [l, c] = [length, conductance].map(|place| place.key().get(self));
+            let path = length.key().path;
+            check(
+                path,
+                l,
+                (l > R::ZERO) == (c > R::ZERO),
+                "be stated together with the cushion's conductance_m3_per_s_pa",
+            )?;
+            check(path, l, l + l <= self.cylinder.stroke_m, "not be longer than half the stroke")?;
         }
         Ok(())
     }
@@ -616,6 +663,12 @@ mod tests {
             "coulomb_n" => (rig.friction.static_n, rig.friction.breakaway_m) = (R::of(1.0e6), R::ZERO),
             "static_n" => (rig.friction.coulomb_n, rig.friction.breakaway_m) = (R::of(1.0e-6), R::ZERO),
             "breakaway_m" => rig.friction.stiffness_n_per_m = R::ONE,
+            _ if key.table.starts_with("cushion") => {
+                rig.cylinder.stroke_m = R::of(2.0);
+                let c = &mut rig.cushions;
+                (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa) = (R::ONE, R::of(1.0e-9));
+                (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa) = (R::ONE, R::of(1.0e-9));
+            }
             "length_m" | "diameter_m" => {
                 let hoses = &mut rig.hoses;
                 (hoses.a_length_m, hoses.a_diameter_m) = (R::ONE, R::of(0.01));

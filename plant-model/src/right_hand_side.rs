@@ -171,6 +171,9 @@ impl<R: Real> Plant<R> {
         let mut sum = Force { force_n: m.area_b_m2 * (p_a - p_b), ..Force::default() };
         if EXTENDED {
             sum.force_n += self.uneven_area_m2 * (p_a - m.atmosphere_pa) - self.weight_n;
+            if self.single_acting {
+                sum.force_n -= m.spring_preload_n + m.spring_n_per_m * (m.half_stroke_m + y);
+            }
         }
         self.added.force(y, v, &mut sum);
         sum
@@ -213,10 +216,13 @@ impl<R: Real> Plant<R> {
         let opening = self.opening_now::<EXTENDED>(state, drive);
         let (fills_a, fills_b) = (opening.fills_a, !opening.fills_a);
         let (valve_a, valve_b) = if EXTENDED {
-            let flow = |orifices: &Orifices<R>, filling, p| {
-                orifices.inflow(filling, opening.magnitude, p, state.p_sup_pa, m.atmosphere_pa)
+            let flow = |orifices: &Orifices<R>, distance, filling, p| {
+                orifices.inflow_at(distance, filling, opening.magnitude, p, state.p_sup_pa, m.atmosphere_pa)
             };
-            (flow(&self.orifices_a, fills_a, p_a), flow(&self.orifices_b, fills_b, p_b))
+            (
+                flow(&self.orifices_a, m.half_stroke_m + y, fills_a, p_a),
+                flow(&self.orifices_b, m.half_stroke_m - y, fills_b, p_b),
+            )
         } else {
             (drive.connection_a.inflow(fills_a, p_a), drive.connection_b.inflow(fills_b, p_b))
         };
@@ -230,7 +236,9 @@ impl<R: Real> Plant<R> {
             let chamber =
                 |side, p_pa, other| Chamber { side, p_pa, p_other_pa: Some(other), atmosphere_pa: m.atmosphere_pa };
             self.added.flow(&chamber(Side::A, p_a, p_b), &mut flow_a);
-            self.added.flow(&chamber(Side::B, p_b, p_a), &mut flow_b);
+            if !self.single_acting {
+                self.added.flow(&chamber(Side::B, p_b, p_a), &mut flow_b);
+            }
         }
 
         let (volume_a, volume_b) = self.volumes::<EXTENDED>(y);
@@ -279,8 +287,11 @@ impl<R: Real> Plant<R> {
                     jacobian.v_y += driving.by_position * self.inverse_mass;
                     jacobian.v_v += driving.by_velocity * self.inverse_mass;
                 }
+                jacobian.v_y = jacobian.v_y - m.spring_n_per_m * self.inverse_mass;
                 jacobian.v_uneven = self.uneven_acceleration_per_pa;
                 jacobian.v_level_p = -damping * jacobian.z_p;
+                jacobian.a_y += valve_a.by_distance * rate_a.by_mass_flow;
+                jacobian.b_y = jacobian.b_y - valve_b.by_distance * rate_b.by_mass_flow;
                 jacobian.a_b = flow_a.by_other * rate_a.by_mass_flow;
                 jacobian.b_a = flow_b.by_other * rate_b.by_mass_flow;
                 let (gain_a, gain_b) = if opening.magnitude > zero {

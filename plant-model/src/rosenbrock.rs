@@ -382,7 +382,7 @@ mod tests {
             z in -6e-5f64..6e-5,
             u in (-3.0f64..3.0, -3.0f64..3.0),
             h in prop_oneof![Just(1e-5f64), Just(1e-3)],
-            bought in 0..3u8,
+            bought in 0..4u8,
             r in proptest::array::uniform9(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
@@ -403,6 +403,13 @@ mod tests {
                 let hoses = &mut rig.hoses;
                 (hoses.a_length_m, hoses.a_diameter_m) = (1.5, 4.0e-3);
                 (hoses.b_length_m, hoses.b_diameter_m) = (0.3, 2.5e-3);
+                let cushions = &mut rig.cushions;
+                // Mouths of 45 mm on either side of the middle.
+                (cushions.cushion_a_length_m, cushions.cushion_a_conductance_m3_per_s_pa) = (0.45, 2.0e-9);
+                (cushions.cushion_b_length_m, cushions.cushion_b_conductance_m3_per_s_pa) = (0.45, 3.0e-9);
+            }
+            if bought > 2 {
+                (rig.cylinder.spring_n_per_m, rig.cylinder.spring_preload_n) = (400.0, 20.0);
             }
             let Ok(plant) = Plant::new(&rig, &effects) else { return Ok(()) };
             let inputs = Inputs { u_v: u.0, external_force_n: 3.0, supply_pa: 7e5 };

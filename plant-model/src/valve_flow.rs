@@ -1,5 +1,6 @@
 //! Mass flow through the valve's orifices (3.2, 3.3), and the ISO 6358 law that may replace it.
 
+use crate::cushion::{self, Cushion};
 pub use crate::effects::choked_flow::{Iso6358, psi};
 pub use crate::flow::Flow;
 use crate::hose::Hose;
@@ -45,6 +46,8 @@ pub struct Orifices<R> {
     pub iso6358: Option<Iso6358<R>>,
     /// The hose between them and the chamber, if it is described.
     pub hose: Option<Hose<R>>,
+    /// The cushion at the chamber's end; its needle includes the hose.
+    pub cushion: Option<Cushion<R>>,
 }
 
 /// What an open orifice of the linear law connects a chamber to: flow is `conductance (pressure - p)` into the chamber.
@@ -73,11 +76,31 @@ impl<R: Real> Orifices<R> {
     #[inline]
     #[must_use]
     pub fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+        self.through(self.hose.as_ref(), filling, magnitude, p, supply, atmosphere)
+    }
+
+    /// [`Orifices::inflow`] with the piston at a distance in m from the chamber's end, where a cushion may throttle what
+    /// flows out.
+    #[inline]
+    #[must_use]
+    pub fn inflow_at(&self, distance_m: R, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+        let bore = self.inflow(filling, magnitude, p, supply, atmosphere);
+        match &self.cushion {
+            Some(cushion) if distance_m < cushion.length_m && bore.mass_flow < R::ZERO => {
+                let needle = self.through(Some(&cushion.needle), filling, magnitude, p, supply, atmosphere);
+                cushion::between(&bore, &needle, cushion.closed(distance_m))
+            }
+            _ => bore,
+        }
+    }
+
+    #[inline]
+    fn through(&self, hose: Option<&Hose<R>>, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
         if let Some(iso) = &self.iso6358 {
-            return iso.inflow(self.hose.as_ref(), filling, magnitude, p, supply, atmosphere);
+            return iso.inflow(hose, filling, magnitude, p, supply, atmosphere);
         }
         let valve = self.connect(filling, magnitude, supply, atmosphere);
-        let Some(hose) = &self.hose else { return valve.inflow(filling, p) };
+        let Some(hose) = hose else { return valve.inflow(filling, p) };
         let share = hose.coefficient / (hose.coefficient + valve.conductance);
         let both = Connection { conductance: valve.conductance * share, ..valve };
         Flow { opening_exponent: share, ..both.inflow(filling, p) }
@@ -92,6 +115,7 @@ impl<R: Real> Connection<R> {
             mass_flow: self.conductance * (self.pressure_pa - p),
             by_chamber: -self.conductance,
             by_supply: if filling { self.conductance } else { R::ZERO },
+            by_distance: R::ZERO,
             opening_exponent: R::ONE,
         }
     }

@@ -198,3 +198,87 @@ fn single_precision_follows_double_on_a_single_rod_cylinder_with_table_and_hoses
     assert!((one.y_m - f64::from(other.y_m)).abs() < 1e-3, "{} {}", one.y_m, other.y_m);
     assert!((one.p_a_pa - f64::from(other.p_a_pa)).abs() < 3e3, "{} {}", one.p_a_pa, other.p_a_pa);
 }
+
+/// The same with cushions of 20 mm, their needles nearly closed.
+fn with_cushions(mut rig: Rig<f64>) -> Rig<f64> {
+    let c = &mut rig.cushions;
+    (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa) = (0.02, 5.0e-10);
+    (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa) = (0.02, 5.0e-10);
+    rig
+}
+
+#[test]
+fn a_cushion_throttles_what_flows_out_on_its_length_alone_and_brakes_the_piston() {
+    let (bare, cushioned) = (single_rod(), with_cushions(single_rod()));
+    let (plain, with) = (plant(&bare), plant(&cushioned));
+    let flow =
+        |plant: &Plant<f64>, y, filling, p| plant.valve_inflow(Side::B, y, filling, FRAC_PI_2, p, 7.0e5).mass_flow;
+    // B's end lies at 100 mm, its cushion begins at 80 mm and has closed the bore at 82 mm.
+    for y in [-0.1, 0.0, 0.0799] {
+        assert_eq!(flow(&with, y, false, 5.0e5), flow(&plain, y, false, 5.0e5), "{y}");
+    }
+    assert_eq!(flow(&with, 0.095, true, 5.0e5), flow(&plain, 0.095, true, 5.0e5), "the check valve lets air in");
+    let share = |y| flow(&with, y, false, 5.0e5) / flow(&plain, y, false, 5.0e5);
+    // Choked in both: 1/C^3 adds up, 0.9 and 0.05 l/(s bar).
+    let (valve, needle) = (9.0e-9_f64, 5.0e-10_f64);
+    let wanted = (1.0 + (valve / needle).powi(3)).powf(-1.0 / 3.0);
+    assert!((share(0.09) / wanted - 1.0).abs() < 1e-6, "{} {wanted}", share(0.09));
+    assert!((share(0.081) - 0.5 * (1.0 + wanted)).abs() < 1e-6, "half-way through the mouth");
+    // Beyond the supply, air flows out through the open valve: through the needle as well.
+    assert!((flow(&with, 0.09, true, 12.0e5) / flow(&plain, 0.09, true, 12.0e5)).abs() < 0.5);
+
+    let arrives = |rig: &Rig<f64>| {
+        let mut simulator = Simulator::<f64>::new(rig, &Effects::none()).unwrap();
+        let mut last = 0.0;
+        for _ in 0..2000 {
+            simulator.advance(5.0, 1.0e-3);
+            if simulator.state().y_m >= 0.0999 {
+                break;
+            }
+            last = simulator.state().v_m_per_s;
+        }
+        assert!(simulator.state().y_m >= 0.0999, "the piston must arrive: {}", simulator.state().y_m);
+        last
+    };
+    assert!(arrives(&cushioned) < 0.5 * arrives(&bare), "{} {}", arrives(&cushioned), arrives(&bare));
+}
+
+#[test]
+fn a_single_acting_cylinder_rests_where_the_air_carries_the_spring_and_returns_by_it() {
+    let mut rig = single_rod();
+    (rig.cylinder.spring_preload_n, rig.cylinder.spring_n_per_m) = (60.0, 300.0);
+    let single = plant(&rig);
+    let [p_a, p_b] = rig.equilibrium_pressures_pa();
+    assert_eq!(p_b, rig.supply.atmosphere_pa);
+    // 60 N + 300 N/m 0.1 m on 8.04 cm2.
+    assert!((p_a - 1.0e5 - 90.0 / rig.cylinder.area_a_m2).abs() < 1e-6);
+    assert!(single.net_force_n(0.0, 0.0, p_a, p_b).abs() < 1e-9);
+    assert!((single.net_force_n(0.05, 0.0, p_a, p_b) + 15.0).abs() < 1e-9, "50 mm out the spring presses 15 N more");
+
+    let mut simulator = Simulator::<f64>::new(&rig, &Effects::none()).unwrap();
+    (0..500).for_each(|_| simulator.advance(0.0, 1.0e-3));
+    assert!(simulator.state().y_m.abs() < 1e-4, "{}", simulator.state().y_m);
+    (0..1500).for_each(|_| simulator.advance(3.0, 1.0e-3));
+    assert_eq!(simulator.state().y_m, 0.1, "out with air");
+    (0..3000).for_each(|_| simulator.advance(-3.0, 1.0e-3));
+    assert_eq!(simulator.state().y_m, -0.1, "in by the spring");
+    assert_eq!(simulator.state().p_b_pa, rig.supply.atmosphere_pa);
+}
+
+#[test]
+fn cushions_and_springs_are_stated_whole() {
+    let refused = |change: fn(&mut Rig<f64>)| {
+        let mut rig = single_rod();
+        change(&mut rig);
+        rig.validate().expect_err("must be refused").key
+    };
+    assert_eq!(refused(|rig| rig.cushions.cushion_b_length_m = 0.01), "cushion_b.length_m");
+    assert_eq!(refused(|rig| rig.cushions.cushion_a_conductance_m3_per_s_pa = 1e-9), "cushion_a.length_m");
+    assert_eq!(
+        refused(|rig| {
+            (rig.cushions.cushion_a_length_m, rig.cushions.cushion_a_conductance_m3_per_s_pa) = (0.15, 1e-9);
+        }),
+        "cushion_a.length_m"
+    );
+    assert_eq!(refused(|rig| rig.cylinder.spring_n_per_m = -5.0), "cylinder.spring_n_per_m");
+}

@@ -48,33 +48,43 @@ fn any_rig() -> impl Strategy<Value = Rig<f64>> {
 /// The same as they are bought: a rod, an incline, ISO 6358, a table, hoses, each anywhere within its range.
 fn any_bought_rig() -> impl Strategy<Value = Rig<f64>> {
     let unit = || 0.0f64..1.0;
-    (any_rig(), proptest::array::uniform12(unit()), proptest::option::of(proptest::array::uniform4(unit()))).prop_map(
-        |(mut rig, x, table)| {
-            let within = |name: &str, part: f64| {
-                let limits = rig_key(name).expect(name).limits;
-                if limits.low > 0.0 { limits.low * (limits.high / limits.low).powf(part) } else { limits.high * part }
-            };
-            rig.cylinder.area_b_m2 = rig.cylinder.area_a_m2 * (0.1 + 0.9 * x[0]);
-            rig.load.inclination_deg = 180.0 * x[1] - 90.0;
-            let v = &mut rig.valve;
-            (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
-            v.fill_conductance_a_m3_per_s_pa = within("fill_conductance_a_m3_per_s_pa", x[2]);
-            v.fill_conductance_b_m3_per_s_pa = within("fill_conductance_b_m3_per_s_pa", x[3]);
-            v.exhaust_conductance_a_m3_per_s_pa = within("exhaust_conductance_a_m3_per_s_pa", x[4]);
-            v.exhaust_conductance_b_m3_per_s_pa = within("exhaust_conductance_b_m3_per_s_pa", x[5]);
-            v.fill_critical_ratio_a = within("fill_critical_ratio_a", x[6]);
-            v.exhaust_critical_ratio_b = within("exhaust_critical_ratio_b", x[7]);
-            let h = &mut rig.hoses;
-            (h.a_length_m, h.a_diameter_m) = (within("hose_a.length_m", x[8]), within("hose_a.diameter_m", x[9]));
-            (h.b_length_m, h.b_diameter_m) = (within("hose_b.length_m", x[10]), within("hose_b.diameter_m", x[11]));
-            if let Some([left, right, first, second]) = table {
-                let points = [[-5.0, -1.0], [-left, -0.1 * first], [right, 0.0], [right + 0.1, second], [5.0, 1.0]];
-                rig.opening = OpeningTable::new(&points).expect("a rising table");
-                [rig.valve.dead_zone_left_v, rig.valve.dead_zone_right_v] = rig.opening.closed_v();
-            }
-            rig
-        },
-    )
+    let table = proptest::option::of(proptest::array::uniform4(unit()));
+    let more = (proptest::array::uniform4(unit()), proptest::option::of(proptest::array::uniform2(unit())));
+    (any_rig(), proptest::array::uniform12(unit()), table, more).prop_map(|(mut rig, x, table, (more, spring))| {
+        let within = |name: &str, part: f64| {
+            let limits = rig_key(name).expect(name).limits;
+            if limits.low > 0.0 { limits.low * (limits.high / limits.low).powf(part) } else { limits.high * part }
+        };
+        rig.cylinder.area_b_m2 = rig.cylinder.area_a_m2 * (0.1 + 0.9 * x[0]);
+        rig.load.inclination_deg = 180.0 * x[1] - 90.0;
+        let v = &mut rig.valve;
+        (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
+        v.fill_conductance_a_m3_per_s_pa = within("fill_conductance_a_m3_per_s_pa", x[2]);
+        v.fill_conductance_b_m3_per_s_pa = within("fill_conductance_b_m3_per_s_pa", x[3]);
+        v.exhaust_conductance_a_m3_per_s_pa = within("exhaust_conductance_a_m3_per_s_pa", x[4]);
+        v.exhaust_conductance_b_m3_per_s_pa = within("exhaust_conductance_b_m3_per_s_pa", x[5]);
+        v.fill_critical_ratio_a = within("fill_critical_ratio_a", x[6]);
+        v.exhaust_critical_ratio_b = within("exhaust_critical_ratio_b", x[7]);
+        let h = &mut rig.hoses;
+        (h.a_length_m, h.a_diameter_m) = (within("hose_a.length_m", x[8]), within("hose_a.diameter_m", x[9]));
+        (h.b_length_m, h.b_diameter_m) = (within("hose_b.length_m", x[10]), within("hose_b.diameter_m", x[11]));
+        let c = &mut rig.cushions;
+        let half = 0.5 * rig.cylinder.stroke_m;
+        c.cushion_a_length_m = within("cushion_a.length_m", more[0]).min(half);
+        c.cushion_a_conductance_m3_per_s_pa = within("cushion_a.conductance_m3_per_s_pa", more[1]);
+        c.cushion_b_length_m = within("cushion_b.length_m", more[2]).min(half);
+        c.cushion_b_conductance_m3_per_s_pa = within("cushion_b.conductance_m3_per_s_pa", more[3]);
+        if let Some([rate, preload]) = spring {
+            rig.cylinder.spring_n_per_m = within("cylinder.spring_n_per_m", rate);
+            rig.cylinder.spring_preload_n = within("cylinder.spring_preload_n", preload);
+        }
+        if let Some([left, right, first, second]) = table {
+            let points = [[-5.0, -1.0], [-left, -0.1 * first], [right, 0.0], [right + 0.1, second], [5.0, 1.0]];
+            rig.opening = OpeningTable::new(&points).expect("a rising table");
+            [rig.valve.dead_zone_left_v, rig.valve.dead_zone_right_v] = rig.opening.closed_v();
+        }
+        rig
+    })
 }
 
 /// Any subset of the catalogue with values anywhere within their bounds, bounds included.

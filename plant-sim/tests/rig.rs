@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// The shipped set-ups: file, and the arguments it was written with.
-const SHIPPED: [(&str, &[&str]); 4] = [
+const SHIPPED: [(&str, &[&str]); 5] = [
     (
         "festo-dsbc-32-200.toml",
         &[
@@ -104,6 +104,34 @@ const SHIPPED: [(&str, &[&str]); 4] = [
             "2.6",
         ],
     ),
+    (
+        "festo-esnu-25-50.toml",
+        &[
+            "--name",
+            "Festo ESNU-25-50-P-A behind MPYE-5-M5-010-B",
+            "--note",
+            "Single-acting round cylinder ISO 6432, the valve's port B plugged; hose PUN-4x0,75 (2.6 mm inside); position: MLO-POT-50-TLF.",
+            "--note",
+            "The spring's forces are typical of round cylinders of this bore: press the rod in by hand over a scale.",
+            "--bore",
+            "25",
+            "--rod",
+            "10",
+            "--stroke",
+            "50",
+            "--spring",
+            "20",
+            "40",
+            "--mass",
+            "0.8",
+            "--valve",
+            "mpye-5-m5",
+            "--hose-length",
+            "0.5",
+            "--hose-diameter",
+            "2.6",
+        ],
+    ),
 ];
 
 fn rig(arguments: &[&str]) -> Output {
@@ -157,6 +185,8 @@ fn a_missing_or_implausible_number_is_one_line_with_a_remedy_and_status_2() {
         let arguments: Vec<&str> = good.iter().chain(more).copied().collect();
         String::from_utf8_lossy(&rig(&arguments).stderr).into_owned()
     };
+    assert!(with(&["--spring", "40", "20"]).contains("no less"), "forces in the wrong order");
+    assert!(with(&["--cushion-length", "0.02"]).contains("mm"), "a length in metres");
     assert!(with(&["--dead-volume", "8000"]).contains("cm3"), "a volume a thousand times off");
     assert!(with(&["--position-range", "0", "200"]).contains("-100 to 100"), "a range that begins at the end stop");
     assert!(with(&["--pressure-range", "0", "1000000"]).contains("bar"), "a range in pascals");

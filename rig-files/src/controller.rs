@@ -69,7 +69,8 @@ fn positioning(rig: &RigFile, base: Parameters) -> Parameters {
     // A rig beyond the ranges gets their ends: the configuration, not this function, refuses.
     let within = |key: Key, value: f64| value.clamp(key.row().limits.low, key.row().limits.high) as f32;
     Parameters {
-        law: LawChoice::Servo,
+        // The positioning law moves the force by two driven chambers.
+        law: if cylinder.is_single_acting() { LawChoice::Paper } else { LawChoice::Servo },
         servo_speed_m_per_s: within(Key::servo_speed_m_per_s, rule.speed),
         servo_acceleration_m_per_s2: within(Key::servo_acceleration_m_per_s2, rule.acceleration),
         servo_jerk_m_per_s3: within(Key::servo_jerk_m_per_s3, rule.jerk),
@@ -112,6 +113,8 @@ fn with_papers_law(rig: &RigFile) -> Parameters {
         pressure_limits_pa: [p_low.max(0.5 * supply.atmosphere_pa) as f32, (p_high - 0.01 * (p_high - p_low)) as f32],
         // The share that the default of 4 bar is of the paper's 7.
         supply_minimum_pa: (supply.pressure_pa * 4.0 / 7.0) as f32,
+        // They are both connected or both not, and a chamber that breathes freely has none.
+        pressure_sensors: !rig.rig.cylinder.is_single_acting(),
         ..Parameters::default()
     }
 }
@@ -121,7 +124,24 @@ fn with_papers_law(rig: &RigFile) -> Parameters {
 /// # Errors
 /// The file cannot be read, has an unknown key or a value of the wrong type, or a value the controller refuses.
 pub fn read_parameters(path: &Path, rig: &RigFile) -> Result<Parameters, InputError> {
-    overlay(&read_text(path)?, &path.display().to_string(), parameters(rig))
+    let parameters = overlay(&read_text(path)?, &path.display().to_string(), parameters(rig))?;
+    check_law(rig, &parameters, &path.display().to_string())?;
+    Ok(parameters)
+}
+
+/// Whether a law can hold a rig.
+///
+/// # Errors
+/// The positioning law for a single-acting cylinder, which has one driven chamber.
+pub fn check_law(rig: &RigFile, parameters: &Parameters, file: &str) -> Result<(), InputError> {
+    if rig.rig.cylinder.is_single_acting() && parameters.law == LawChoice::Servo {
+        return Err(InputError::new(
+            file,
+            "`law = \"servo\"` cannot hold a single-acting cylinder: it moves the force by two driven chambers",
+            "write `law = \"paper\"` and a `gain_v_per_m`",
+        ));
+    }
+    Ok(())
 }
 
 /// [`read_parameters`] on text.
@@ -217,6 +237,19 @@ mod tests {
         for key in Key::ALL {
             assert_eq!(found.get(key) != default.get(key), FROM_RIG.contains(&key), "{}", key.row().key);
         }
+    }
+
+    #[test]
+    fn a_single_acting_cylinder_gets_the_papers_law_and_no_other() {
+        let mut rig = RigFile::paper_c();
+        rig.rig.cylinder.spring_preload_n = 100.0;
+        let chosen = parameters(&rig);
+        assert_eq!((chosen.law, chosen.pressure_sensors), (LawChoice::Paper, false));
+        assert_eq!(check_law(&rig, &chosen, "c.toml"), Ok(()));
+        let servo = Parameters { law: LawChoice::Servo, ..chosen };
+        let error = check_law(&rig, &servo, "c.toml").expect_err("one chamber is driven").to_string();
+        assert!(error.starts_with("c.toml") && error.contains("law = \"paper\""), "{error}");
+        assert_eq!(check_law(&RigFile::paper_c(), &servo, "c.toml"), Ok(()));
     }
 
     #[test]

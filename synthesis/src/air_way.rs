@@ -54,23 +54,24 @@ fn sonic_flow(conductance: f64, critical: f64, up: f64, down: f64) -> f64 {
 }
 
 impl Path {
-    /// Flow from `up` to `down` at an opening in rad, of which pi/2 is full, kg/s.
-    pub(crate) fn flow(self, opening: f64, tube: Option<Tube>, up: f64, down: f64) -> f64 {
+    /// Flow from `up` to `down` at an opening in rad, of which pi/2 is full, kg/s; `tubes` in series behind the valve.
+    pub(crate) fn flow(self, opening: f64, tubes: &[Tube], up: f64, down: f64) -> f64 {
         if opening <= 0.0 {
             return 0.0;
         }
-        match (self, tube) {
-            (Self::Linear(beta), None) => opening * (beta * (up - down)),
-            (Self::Linear(beta), Some(tube)) => {
-                let resistance = 1.0 / (beta * opening) + tube.full_drop / tube.conductance;
-                (up - down) / resistance
+        match self {
+            Self::Linear(beta) if tubes.is_empty() => opening * (beta * (up - down)),
+            Self::Linear(beta) => {
+                let lines: f64 = tubes.iter().map(|tube| tube.full_drop / tube.conductance).sum();
+                (up - down) / (1.0 / (beta * opening) + lines)
             }
-            (Self::Sonic(per_rad, ratio), None) => opening * sonic_flow(per_rad, ratio, up, down),
-            (Self::Sonic(per_rad, ratio), Some(tube)) => {
-                let valve = per_rad * opening;
-                let both = (valve.powi(-3) + tube.conductance.powi(-3)).powf(-1.0 / 3.0);
-                let lost = (1.0 - ratio) / valve.powi(2) + (1.0 - tube.ratio) / tube.conductance.powi(2);
-                sonic_flow(both, (1.0 - both * both * lost).max(0.0), up, down)
+            Self::Sonic(per_rad, ratio) if tubes.is_empty() => opening * sonic_flow(per_rad, ratio, up, down),
+            Self::Sonic(per_rad, ratio) => {
+                let ways = tubes.iter().map(|tube| (tube.conductance, tube.ratio)).chain([(per_rad * opening, ratio)]);
+                let cubes: f64 = ways.clone().map(|(c, _)| c.powi(-3)).sum();
+                let lost: f64 = ways.map(|(c, b)| (1.0 - b) / c.powi(2)).sum();
+                let all = cubes.powf(-1.0 / 3.0);
+                sonic_flow(all, (1.0 - all * all * lost).max(0.0), up, down)
             }
         }
     }

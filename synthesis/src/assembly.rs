@@ -35,8 +35,11 @@ impl Physics {
             line_delay_s: 0.5 * (h.a_length_m + h.b_length_m)
                 / (rig.gas.heat_capacity_ratio * rig.gas.gas_constant_j_per_kg_k * rig.gas.temperature_k).sqrt(),
             sonic: None,
-            tubes: [[h.a_length_m, h.a_diameter_m], [h.b_length_m, h.b_diameter_m]]
-                .map(|[length, diameter]| Tube::of(length, diameter, rig.gas.temperature_k, full_drop)),
+            tubes: [[h.a_length_m, h.a_diameter_m], [h.b_length_m, h.b_diameter_m]].map(|[length, diameter]| {
+                Tube::of(length, diameter, rig.gas.temperature_k, full_drop).into_iter().collect()
+            }),
+            cushions: [None; 2],
+            spring: (c.spring_n_per_m + c.spring_preload_n > 0.0).then_some([c.spring_n_per_m, c.spring_preload_n]),
             opening: rig.opening.points().to_vec(),
             table_closed_v: closed(rig.opening.points()),
             bent: None,
@@ -76,6 +79,14 @@ impl Physics {
             ]);
             (physics.fill, physics.exhaust) = (1.0, 1.0);
         }
+        let ends = [
+            [rig.cushions.cushion_a_length_m, rig.cushions.cushion_a_conductance_m3_per_s_pa],
+            [rig.cushions.cushion_b_length_m, rig.cushions.cushion_b_conductance_m3_per_s_pa],
+        ];
+        physics.cushions = ends.map(|[length, sonic]| {
+            let conductance = mass_conductance(sonic, rig.gas.temperature_k);
+            (length > 0.0).then_some((length, Tube { conductance, ratio: 0.3, full_drop }))
+        });
         for effect in Effect::ALL {
             for cause in causes {
                 if let Cause::Catalogue(found, values) = cause
@@ -92,6 +103,18 @@ impl Physics {
             }
         }
         physics
+    }
+
+    /// A throttle at a chamber: the fully open valve's conductance, filling (`way` 0) or exhausting (1), is `ratio` times
+    /// its own; none at 0.
+    pub(crate) fn narrowed(&self, side: usize, way: usize, ratio: f64) -> Option<Tube> {
+        let full_drop = (self.supply_pa - self.atmosphere_pa) / self.supply_pa;
+        let factor = [self.fill, self.exhaust][way];
+        let open = match self.sonic {
+            Some(sonic) => factor * sonic[side][way][0],
+            None => factor * std::f64::consts::FRAC_PI_2 * full_drop,
+        };
+        (ratio > 0.0).then(|| Tube { conductance: open / ratio, ratio: 0.3, full_drop })
     }
 
     fn add_foreign(&mut self, foreign: Foreign, p: &[f64; 2]) {
@@ -117,9 +140,9 @@ impl Physics {
             }
             Foreign::DwellStiction => out.dwell = Some([p[0] * self.coulomb, p[1]]),
             Foreign::SupplyPulsation => out.pulsation = Some(*p),
-            Foreign::Cushioning => out.cushion = Some([p[0] * self.half_stroke, p[1]]),
             Foreign::FrictionDrift => out.running_in = Some(*p),
             Foreign::SpoolSlew => out.slew = Some(p[0]),
+            Foreign::WallHeat => out.walls = Some(p[0]),
         }
     }
 
@@ -129,13 +152,17 @@ impl Physics {
         if self.is_even() {
             return [self.rest_pressure_pa(); 2];
         }
+        if let Some([rate, preload]) = self.spring {
+            let load = preload + rate * self.half_stroke + self.mass * self.gravity;
+            return [(self.atmosphere_pa + load / self.area_a).min(self.supply_pa), self.atmosphere_pa];
+        }
         let (toward_b, toward_a) = (self.slow_motion(true), self.slow_motion(false));
         [0.5 * (toward_b[0] + toward_a[0]), 0.5 * (toward_b[1] + toward_a[1])]
     }
 
     /// Equal areas, level, the linear law: both chambers settle at the same pressure, and a formula gives it.
     fn is_even(&self) -> bool {
-        self.sonic.is_none() && self.area_a == self.area_b && self.gravity == 0.0
+        self.spring.is_none() && self.sonic.is_none() && self.area_a == self.area_b && self.gravity == 0.0
     }
 
     /// Both pressures in slow motion one way.
@@ -162,6 +189,35 @@ impl Physics {
 
     /// Flow into a chamber (0: A, 1: B) at an opening in rad, kg/s.
     pub(crate) fn flow_to_chamber(&self, side: usize, filling: bool, opening: f64, supply: f64, p: f64) -> f64 {
+        self.flow_by(&self.tubes[side], side, filling, opening, supply, p)
+    }
+
+    /// The same with the chamber's end `distance` away, m: a cushion lets air in freely, and out through its needle.
+    pub(crate) fn flow_near_end(
+        &self,
+        distance: f64,
+        side: usize,
+        filling: bool,
+        opening: f64,
+        supply: f64,
+        p: f64,
+    ) -> f64 {
+        let free = self.flow_to_chamber(side, filling, opening, supply, p);
+        let Some((length, needle)) = self.cushions[side] else { return free };
+        if free >= 0.0 || distance >= length {
+            return free;
+        }
+        let tubes: Vec<Tube> = self.tubes[side].iter().copied().chain([needle]).collect();
+        let throttled = self.flow_by(&tubes, side, filling, opening, supply, p);
+        // The spear's tip takes a tenth of the length to close the bore.
+        let inside = ((length - distance) / (0.1 * length)).min(1.0);
+        inside * throttled + (1.0 - inside) * free
+    }
+
+    fn flow_by(&self, tubes: &[Tube], side: usize, filling: bool, opening: f64, supply: f64, p: f64) -> f64 {
+        if side == 1 && self.spring.is_some() {
+            return 0.0;
+        }
         let factor = if filling { self.fill } else { self.exhaust };
         let path = match (self.sonic, self.choked) {
             (Some(sonic), choked) => {
@@ -174,11 +230,7 @@ impl Physics {
             }
             (None, None) => Path::Linear(factor),
         };
-        if filling {
-            path.flow(opening, self.tubes[side], supply, p)
-        } else {
-            -path.flow(opening, self.tubes[side], p, self.atmosphere_pa)
-        }
+        if filling { path.flow(opening, tubes, supply, p) } else { -path.flow(opening, tubes, p, self.atmosphere_pa) }
     }
 
     /// The mean of [`Physics::rest_pressures_pa`], Pa.

@@ -17,12 +17,13 @@ pub enum Foreign {
     DwellStiction,
     /// The supply pulsates with the compressor.
     SupplyPulsation,
-    /// Exhaust is throttled near the ends of the stroke.
-    Cushioning,
     /// Seals run in: friction falls exponentially during the recording.
     FrictionDrift,
     /// The spool moves at a limited rate.
     SpoolSlew,
+    /// The air has a temperature of its own and exchanges heat with the walls. The catalogue has an approximation of it,
+    /// `heat-transfer`: so it is none of [`Foreign::ALL`].
+    WallHeat,
 }
 
 /// Name, range and meaning of one parameter of a foreign effect.
@@ -39,8 +40,8 @@ const fn parameter(name: &'static str, low: f64, high: f64) -> ForeignParameter 
 }
 
 impl Foreign {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
+    /// All that the catalogue has no name for.
+    pub const ALL: [Self; 9] = [
         Self::QuadraticDrag,
         Self::TemperatureDrift,
         Self::PositionBow,
@@ -48,7 +49,6 @@ impl Foreign {
         Self::ElasticLoad,
         Self::DwellStiction,
         Self::SupplyPulsation,
-        Self::Cushioning,
         Self::FrictionDrift,
         Self::SpoolSlew,
     ];
@@ -64,16 +64,16 @@ impl Foreign {
             Self::ElasticLoad => "foreign-elastic-load",
             Self::DwellStiction => "foreign-dwell-stiction",
             Self::SupplyPulsation => "foreign-supply-pulsation",
-            Self::Cushioning => "foreign-cushioning",
             Self::FrictionDrift => "foreign-friction-drift",
             Self::SpoolSlew => "foreign-spool-slew",
+            Self::WallHeat => "foreign-wall-heat",
         }
     }
 
     /// The effect with this identifier.
     #[must_use]
     pub fn from_id(id: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|foreign| foreign.id() == id)
+        Self::ALL.into_iter().chain([Self::WallHeat]).find(|foreign| foreign.id() == id)
     }
 
     /// Its two parameters with the range of everyday strength. Where a range spans both signs the middle third is left
@@ -90,9 +90,10 @@ impl Foreign {
             Self::ElasticLoad => [parameter("frequency_hz", 3.0, 9.0), parameter("mass_share", 0.3, 0.6)],
             Self::DwellStiction => [parameter("rise_ratio", 0.8, 2.0), parameter("time_constant_s", 0.2, 0.8)],
             Self::SupplyPulsation => [parameter("amplitude_pa", 2.0e4, 6.0e4), parameter("frequency_hz", 0.3, 2.0)],
-            Self::Cushioning => [parameter("length_ratio", 0.2, 0.4), parameter("remaining_flow", 0.1, 0.3)],
             Self::FrictionDrift => [parameter("lost_ratio", 0.4, 0.7), parameter("time_constant_s", 8.0, 20.0)],
             Self::SpoolSlew => [parameter("rate_v_per_s", 60.0, 150.0), unused],
+            // 0: adiabatic, with temperatures that follow from it.
+            Self::WallHeat => [parameter("coefficient_w_per_m2_k", 20.0, 100.0), unused],
         }
     }
 }

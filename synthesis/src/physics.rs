@@ -20,8 +20,12 @@ pub struct Physics {
     /// Conductances in kg/(s Pa) of the fully open paths and critical ratios of ISO 6358: of A, then of B, each filling,
     /// then exhausting.
     pub(crate) sonic: Option<[[[f64; 2]; 2]; 2]>,
-    /// Hoses to A and B.
-    pub(crate) tubes: [Option<Tube>; 2],
+    /// Hoses and throttles to A and B.
+    pub(crate) tubes: [Vec<Tube>; 2],
+    /// Cushions at the ends of A and B: length in m, and the needle.
+    pub(crate) cushions: [Option<(f64, Tube)>; 2],
+    /// Rate in N/m and preload in N of a spring in chamber B, which then breathes freely.
+    pub(crate) spring: Option<[f64; 2]>,
     /// Command in V and opening from −1 to 1, instead of the arc tangent; empty for none.
     pub(crate) opening: Vec<[f64; 2]>,
     /// Commands of the table between which it is closed, V.
@@ -76,12 +80,12 @@ pub(crate) struct Outside {
     pub(crate) dwell: Option<[f64; 2]>,
     /// Amplitude in Pa and frequency in Hz.
     pub(crate) pulsation: Option<[f64; 2]>,
-    /// Length in m and the part of the flow that remains.
-    pub(crate) cushion: Option<[f64; 2]>,
     /// Part of the friction that is lost, and its time constant in s.
     pub(crate) running_in: Option<[f64; 2]>,
     /// V/s.
     pub(crate) slew: Option<f64>,
+    /// Heat transfer coefficient of the walls, W/(m2 K): the air's temperature is then a state.
+    pub(crate) walls: Option<f64>,
 }
 
 /// A part of the load that is not rigidly attached.

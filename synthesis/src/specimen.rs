@@ -24,6 +24,8 @@ pub struct Specimen {
     v: f64,
     p_a: f64,
     p_b: f64,
+    /// Temperatures of A and B; those of the supply, unless the walls exchange heat.
+    warmth: [f64; 2],
     z: f64,
     spool: f64,
     supply: f64,
@@ -51,6 +53,7 @@ impl Specimen {
             v: 0.0,
             p_a: p_a_pa,
             p_b: p_b_pa,
+            warmth: [physics.temperature_k; 2],
             z: 0.0,
             spool: 0.0,
             supply: physics.supply_pa,
@@ -185,44 +188,43 @@ impl Specimen {
         std::f64::consts::FRAC_PI_2 * opening
     }
 
-    /// What a cushion leaves of the exhaust of a chamber whose end is `distance` away.
-    fn cushion(&self, distance: f64) -> f64 {
-        match self.physics.outside.cushion {
-            Some([length, remaining]) if distance < length => remaining,
-            _ => 1.0,
-        }
-    }
-
-    /// Rates of the two chamber pressures and of the supply at constant piston.
-    fn gas_rates(&self, p_a: f64, p_b: f64, supply: f64, opening: f64, now: f64) -> [f64; 3] {
+    /// Rates of the two chamber pressures, of the supply and of both temperatures at constant piston.
+    fn gas_rates(&self, [p_a, p_b, supply, t_a, t_b]: [f64; 5], opening: f64, now: f64) -> [f64; 5] {
         let ph = &self.physics;
         let amount = opening.abs();
-        let (into_a, into_b, drawn);
-        if opening >= 0.0 {
-            into_a = ph.flow_to_chamber(0, true, amount, supply, p_a);
-            into_b = ph.flow_to_chamber(1, false, amount, supply, p_b) * self.cushion(ph.half_stroke - self.y);
-            drawn = into_a;
-        } else {
-            into_a = ph.flow_to_chamber(0, false, amount, supply, p_a) * self.cushion(ph.half_stroke + self.y);
-            into_b = ph.flow_to_chamber(1, true, amount, supply, p_b);
-            drawn = into_b;
-        }
+        let fills_a = opening >= 0.0;
+        let into_a = ph.flow_near_end(ph.half_stroke + self.y, 0, fills_a, amount, supply, p_a);
+        let into_b = ph.flow_near_end(ph.half_stroke - self.y, 1, !fills_a, amount, supply, p_b);
+        let drawn = if fills_a { into_a } else { into_b };
         let mut into = [into_a, into_b];
         effects::flow(&ph.present, &Gas { p_a, p_b, atmosphere: ph.atmosphere_pa }, &mut into);
         let [q_a, q_b] = into;
         let temperature = ph.temperature_k + ph.outside.warming * now;
         let heat = ph.gas_constant * ph.exponent * temperature;
-        let chamber = |volume: f64, area: f64, growth: f64, p: f64, q: f64| {
+        let chamber = |volume: f64, area: f64, growth: f64, p: f64, q: f64, t: f64| {
             // A chamber at its least volume, a part of what the piston sweeps, no longer feels the piston.
             let least = 0.005 * area * (2.0 * ph.half_stroke);
             let growth = if volume > least { growth } else { 0.0 };
-            (heat * q - ph.exponent * p * area * growth) / volume.max(least)
+            let volume = volume.max(least);
+            let Some(coefficient) = ph.outside.walls else {
+                return [(heat * q - ph.exponent * p * area * growth) / volume, 0.0];
+            };
+            // Air comes in as warm as the supply and leaves as warm as it is; walls of the supply's temperature.
+            let carried = ph.gas_constant * ph.exponent * q * if q > 0.0 { temperature } else { t };
+            let walls = 2.0 * area + 2.0 * (std::f64::consts::PI * area).sqrt() * volume / area;
+            let gained = (ph.exponent - 1.0) * coefficient * walls * (temperature - t);
+            let swept = area * growth;
+            let p_rate = (carried - ph.exponent * p * swept + gained) / volume;
+            [p_rate, t * (p_rate / p + swept / volume - ph.gas_constant * t * q / (p * volume))]
         };
-        [
-            chamber(ph.volume_a + ph.area_a * self.y, ph.area_a, self.v, p_a, q_a),
-            chamber(ph.volume_b - ph.area_b * self.y, ph.area_b, -self.v, p_b, q_b),
-            if ph.droop > 0.0 { (self.source(now) - ph.droop * drawn - supply) / ph.droop_s } else { 0.0 },
-        ]
+        let [a, t_a] = chamber(ph.volume_a + ph.area_a * self.y, ph.area_a, self.v, p_a, q_a, t_a);
+        let [b, t_b] = if ph.spring.is_some() {
+            [0.0; 2]
+        } else {
+            chamber(ph.volume_b - ph.area_b * self.y, ph.area_b, -self.v, p_b, q_b, t_b)
+        };
+        let supply = if ph.droop > 0.0 { (self.source(now) - ph.droop * drawn - supply) / ph.droop_s } else { 0.0 };
+        [a, b, supply, t_a, t_b]
     }
 
     /// Pressure of the supply before any droop.
@@ -241,10 +243,13 @@ impl Specimen {
             self.supply = self.source(now);
         }
         let opening = self.opening();
-        let first = self.gas_rates(self.p_a, self.p_b, self.supply, opening, now);
+        let [t_a, t_b] = self.warmth;
+        let begin = [self.p_a, self.p_b, self.supply, t_a, t_b];
+        let first = self.gas_rates(begin, opening, now);
         let mid = 0.5 * h;
-        let (a, b, s) = (self.p_a + mid * first[0], self.p_b + mid * first[1], self.supply + mid * first[2]);
-        let rates = self.gas_rates(a, b, s, opening, now);
+        let half_way: [f64; 5] = std::array::from_fn(|k| begin[k] + mid * first[k]);
+        let [a, b, ..] = half_way;
+        let rates = self.gas_rates(half_way, opening, now);
         let tau = self.physics.sensor_s;
         if tau > 0.0 {
             // Second order in h, like the rest.
@@ -255,6 +260,7 @@ impl Specimen {
         self.p_a += h * rates[0];
         self.p_b += h * rates[1];
         self.supply += h * rates[2];
+        self.warmth = [t_a + h * rates[3], t_b + h * rates[4]];
         if tau <= 0.0 {
             (self.sensed_a, self.sensed_b) = (self.p_a, self.p_b);
         }
@@ -275,6 +281,9 @@ impl Specimen {
         let ph = &self.physics;
         // What one side has more of area also feels the atmosphere from outside.
         let mut push = ph.area_b * (self.p_a - self.p_b) + (ph.area_a - ph.area_b) * (self.p_a - ph.atmosphere_pa);
+        if let Some([rate, preload]) = ph.spring {
+            push -= preload + rate * (ph.half_stroke + self.y);
+        }
         push -= ph.mass * ph.gravity;
         effects::push(&ph.present, self.y, self.v, &mut push);
         let outward = self.y.signum();

@@ -70,3 +70,27 @@ fn every_effect_moves_the_synthetic_rig_as_it_moves_the_model() {
     }
     assert!(report.is_empty(), "differences beyond {POSITION_M} m or {PRESSURE_PA} Pa:\n{report}");
 }
+
+/// Cushions, a spring, and what lies in series with them.
+#[test]
+fn cylinders_as_bought_move_the_same_way_in_both() {
+    let mut cushioned = RigFile::paper_c();
+    let c = &mut cushioned.rig.cushions;
+    (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa) = (0.05, 3.0e-9);
+    (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa) = (0.04, 5.0e-9);
+    let h = &mut cushioned.rig.hoses;
+    (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.0, 4.0e-3, 1.0, 4.0e-3);
+    let mut single_acting = RigFile::paper_c();
+    (single_acting.rig.cylinder.spring_preload_n, single_acting.rig.cylinder.spring_n_per_m) = (150.0, 1500.0);
+    for (name, rig_file) in [("cushioned", cushioned), ("single-acting", single_acting)] {
+        for family in [Family::Everyday, Family::Identification] {
+            for effect in [None, Some(Effect::LineRestriction), Some(Effect::ChokedFlow), Some(Effect::LeakCrossPiston)]
+            {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
+                let draw = |effect| strength::draw(Which::Catalogue(effect), &rig_file.rig, 1.0, &mut rng);
+                let (y, p) = differences(&rig_file, effect.map(draw).into_iter().collect(), family, 4);
+                assert!(y < POSITION_M && p < PRESSURE_PA, "{name} {} {effect:?}: {y:e} m, {p} Pa", family.id());
+            }
+        }
+    }
+}

@@ -46,29 +46,33 @@ pub(crate) struct Compression {
     second_half: Vec<f64>,
     /// Pressure per mass flow at the volume between, Pa s/kg.
     pa_s_per_kg: Vec<f64>,
+    /// Position between, m.
+    y_m: Vec<f64>,
 }
 
 /// The compression within some stretches, in order.
 pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, stretches: &[Stretch]) -> Compression {
-    let volume = |k: usize| {
+    let at = |k: usize| {
         let y = plant.true_position_m(position(record, k, g.position_delay_s));
-        (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3)
+        (y, (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3))
     };
     let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
     let mut out = Compression {
         first_half: Vec::with_capacity(count),
         second_half: Vec::with_capacity(count),
         pa_s_per_kg: Vec::with_capacity(count),
+        y_m: Vec::with_capacity(count),
     };
     for stretch in stretches {
-        let mut v = volume(stretch.start);
+        let (mut y, mut v) = at(stretch.start);
         for k in stretch.range() {
-            let next = volume((k + 1).min(stretch.end - 1));
+            let (y_next, next) = at((k + 1).min(stretch.end - 1));
             let middle = 0.5 * (v + next);
             out.first_half.push(polytropic(v / middle, g.exponent));
             out.second_half.push(polytropic(middle / next, g.exponent));
             out.pa_s_per_kg.push(g.energy_j_per_kg / middle * record.interval_s(k));
-            v = next;
+            out.y_m.push(0.5 * (y + y_next));
+            (y, v) = (y_next, next);
         }
     }
     out
@@ -95,7 +99,6 @@ pub(crate) fn innovations(
     side: Side,
     drive: &Drive<'_>,
 ) -> (Vec<f64>, f64) {
-    let c = plant.coefficients();
     let is_a = side == Side::A;
     let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa, doubt_pa } =
         record.chamber(side);
@@ -108,7 +111,7 @@ pub(crate) fn innovations(
     for stretch in stretches {
         let mut p = plant.true_pressure_pa(side, smooth.value[stretch.start], smooth.slope[stretch.start]);
         let mut sensed = plant.pressure_behind_lag_pa(side, smooth.value[stretch.start]);
-        let mut settled = (record.t_s[stretch.start] + constants::chamber_settling_s()).max(record.valve_known_s);
+        let mut settled = (record.t_s[stretch.start] + constants::settling_s()).max(record.valve_known_s);
         // Variance of the prediction by what is not known of the command, alike for all hypotheses.
         let mut doubt = 0.0;
         for k in stretch.range() {
@@ -117,7 +120,7 @@ pub(crate) fn innovations(
             let dt = record.interval_s(k);
             if record.is_row(k) {
                 if weights[k] * sigma < constants::chamber_clear() {
-                    settled = settled.max(record.t_s[k] + constants::chamber_settling_s());
+                    settled = settled.max(record.t_s[k] + constants::settling_s());
                 }
                 let error = measured[k] - plant.shown_pressure_pa(side, sensed);
                 let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };
@@ -151,7 +154,8 @@ pub(crate) fn innovations(
             p *= drive.compression.first_half[stroke];
             let opening = drive.openings[k];
             let fills = (opening >= 0.0) == is_a;
-            let flow = plant.orifices(side).inflow(fills, opening.abs(), p, drive.supply_pa[k], c.atmosphere_pa);
+            let y = drive.compression.y_m[stroke];
+            let flow = plant.valve_inflow(side, y, fills, opening.abs(), p, drive.supply_pa[k]);
             let mut flow = ChamberFlow { mass_flow: flow.mass_flow, by_chamber: flow.by_chamber, by_other: 0.0 };
             let p_beyond = other.value.get(k).map(|value| plant.true_pressure_pa(beyond, *value, other.slope[k]));
             plant.add_flows(side, p, p_beyond, &mut flow);

@@ -15,7 +15,7 @@ pub(crate) fn judgeable(record: &Record) -> Channels {
     if has.command && has.pressure_a {
         channels |= Channel::PressureA.bit();
     }
-    if has.command && has.pressure_b {
+    if has.command && has.pressure_b && !has.vented_b {
         channels |= Channel::PressureB.bit();
     }
     if has.pressure_a && has.pressure_b && piston::moves(record) {

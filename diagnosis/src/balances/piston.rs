@@ -46,7 +46,7 @@ pub(crate) fn innovations(
             };
             driving(plant, forces, first + k - stretch.start, [record.motion.value[k], record.motion.slope[k]], added)
         };
-        let settled = record.t_s[stretch.start] + constants::piston_settling_s();
+        let settled = record.t_s[stretch.start] + constants::settling_s();
         let mut force = driving(stretch, stretch.start);
         let mut piston = Piston::start(record, plant, &force, stretch.start);
         // A prediction that breaks away before the real piston waits until that one moves.
@@ -235,8 +235,6 @@ impl Piston {
             let first = plant.friction().respond(self.z, self.v, &level);
             self.part(plant, drive, &first, dt / parts);
         }
-        // A backstop only: the model itself keeps the bristles within the limit.
-        self.z = self.z.clamp(-constants::bristle_backstop() * limit, constants::bristle_backstop() * limit);
     }
 
     /// One interval of sliding, by the trapezoidal rule: bristles that run through their whole range hold the sliding
@@ -257,11 +255,9 @@ impl Piston {
         let before_n = c.stiffness * self.z * direction;
         let after_n = plant.friction_level(&moved(ends(before_n)).state(drive)).force_n;
         let bending = c.damping * (after_n - before_n) / (c.stiffness * dt);
-        let gentle = (after_n - before_n).abs() <= constants::gentle() * after_n;
-        let v = ends(if gentle { 0.5 * (before_n + after_n) + bending } else { after_n });
-        // How often the bristles run through their range.
-        let ranges = self.v.abs().min(v * direction) * dt * c.stiffness / after_n;
-        if !fast(v) || ranges < if gentle { 1.0 } else { constants::far() } {
+        let v = ends(0.5 * (before_n + after_n) + bending);
+        // The bristles must run through their range.
+        if !fast(v) || self.v.abs().min(v * direction) * dt * c.stiffness < after_n {
             return None;
         }
         let mut after = moved(v);

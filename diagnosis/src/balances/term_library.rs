@@ -65,7 +65,8 @@ impl Air<'_> {
         let fills = (self.openings[k] >= 0.0) == is_a;
         let supply = self.record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
         let side = if is_a { Side::A } else { Side::B };
-        let flow = self.plant.orifices(side).inflow(fills, self.openings[k].abs(), p, supply, c.atmosphere_pa);
+        let y = self.record.y_smooth.value[k];
+        let flow = self.plant.valve_inflow(side, y, fills, self.openings[k].abs(), p, supply);
         (flow, if fills { supply - p } else { p - c.atmosphere_pa })
     }
 }

@@ -7,7 +7,8 @@ use crate::data::channel::Channel;
 use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
-use crate::estimate::derivatives::{DifferenceStep, regularised};
+use crate::estimate::derivatives::regularised;
+use crate::estimate::effort::Effort;
 use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::Problem;
 use crate::model::hypothesis::Hypothesis;
@@ -77,7 +78,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
         return None;
     }
     let nominal = nominal::nominal_parameters(rig, judgeable, record.available.supply);
-    let signals = Signals::default();
+    let (signals, effort) = (Signals::default(), Effort::default());
     let problem = Problem {
         rig,
         record: &record,
@@ -85,6 +86,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
         judgeable,
         nominal: &nominal,
         signals: &signals,
+        effort: &effort,
         terms: &[],
         dispersion: [1.0; 4],
         judged: OnceLock::new(),
@@ -103,9 +105,8 @@ pub(crate) fn knowledge(rig: &RigFile, log: &Log) -> Vec<Knowledge> {
 
 fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
     let null = Hypothesis::null(problem.nominal);
-    let step = DifferenceStep::of_fits();
     let Some(base) = problem.evaluate(&null, &null.values, problem.judgeable) else { return Vec::new() };
-    let column = |index: usize| problem.jacobian_column(&null, &null.values, &base, index, &step);
+    let column = |index: usize| problem.jacobian_column(&null, &null.values, &base, index);
     let own: Vec<Residuals> = (0..null.values.len()).into_par_iter().map(column).collect();
     let mut out = Vec::new();
     // What the log says of a value beside all others within their tolerances: only its own prior is left out.
@@ -139,7 +140,7 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
         let hypothesis = with_effect(problem, &null, *effect);
         let at_start = problem.evaluate(&hypothesis, &hypothesis.values, problem.judgeable)?;
         let place = null.values.len();
-        let added = problem.jacobian_column(&hypothesis, &hypothesis.values, &at_start, place, &step);
+        let added = problem.jacobian_column(&hypothesis, &hypothesis.values, &at_start, place);
         let columns: Vec<&Residuals> = own.iter().chain([&added]).collect();
         // Nominal values keep their priors: beside them the effect has to show.
         let mut h = hypothesis.clone();

@@ -36,6 +36,14 @@ fn extent(values: &[f64]) -> Option<(f64, f64)> {
     finite.map(|x| (x, x)).reduce(|(low, high), (x, _)| (low.min(x), high.max(x)))
 }
 
+/// The unit in which a reading is nearest to the supply, and its factor to Pa.
+fn nearest_unit(reading: f64, supply_pa: f64) -> (&'static str, f64) {
+    const UNITS: [(&str, f64); 5] =
+        [("bar", 1.0e5), ("kPa", 1.0e3), ("MPa", 1.0e6), ("psi", 6_894.757_293_168), ("mbar", 1.0e2)];
+    let off = |(_, factor): &(&str, f64)| (reading * factor / supply_pa).ln().abs();
+    UNITS.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(UNITS[0])
+}
+
 /// Numbers of another order of magnitude than the rig allows.
 fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     let (mut out, r) = (Vec::new(), &rig.rig);
@@ -45,7 +53,7 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     {
         out.push(contradiction(
             format!("y_m runs over {:.4} m, {:.0} strokes", high - low, (high - low) / r.cylinder.stroke_m),
-            "give y_m in metres: divide millimetres by 1000 in the mapping".into(),
+            "give y_m in metres: `unit = \"mm\"` under [column.y_m] in the mapping, if they are millimetres".into(),
         ));
     }
     // A sensor of a somewhat other scale reads a little beyond the stroke; no sensor reads far beyond it.
@@ -58,21 +66,25 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
             format!(
                 "y_m runs from {low:.4} to {high:.4} m, but the stroke allows ±{half} m: it seems to start at an end of the stroke"
             ),
-            "give y_m from mid-stroke: correct what is added in the mapping, or the stroke in the rig file".into(),
+            "give y_m from mid-stroke: correct `offset` or `points` under [column.y_m] in the mapping, or the stroke in the rig file".into(),
         ));
     }
     for column in [Column::PA, Column::PB, Column::PSup] {
         let Some((_, high)) = log.column(column).and_then(extent) else { continue };
         let name = column.name();
         if high < r.supply.atmosphere_pa / far {
+            let (unit, factor) = nearest_unit(high, r.supply.pressure_pa);
             out.push(contradiction(
                 format!("{name} never exceeds {high:.4} Pa, far below atmosphere"),
-                format!("give {name} in Pa, absolute: 1 bar is 1e5 Pa, 1 kPa 1e3 Pa, 1 MPa 1e6 Pa"),
+                format!(
+                    "give {name} in Pa, absolute: it reads as {unit} would, so write `unit = \"{unit}\"` under [column.{name}] in the \
+                     mapping; 1 {unit} is {factor} Pa"
+                ),
             ));
         } else if high > far * r.supply.pressure_pa {
             out.push(contradiction(
                 format!("{name} rises to {high:.3e} Pa, {:.0} times the supply", high / r.supply.pressure_pa),
-                format!("give {name} in Pa, absolute: correct its factor in the mapping"),
+                format!("give {name} in Pa, absolute: correct `unit` under [column.{name}] in the mapping"),
             ));
         }
     }
@@ -81,14 +93,14 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     {
         out.push(contradiction(
             format!("u_v runs from {low:.1} to {high:.1} V, but the valve takes ±{} V", r.valve.max_voltage_v),
-            "give u_v in volts: divide millivolts by 1000 in the mapping".into(),
+            "give u_v in volts: `unit = \"mV\"` under [column.u_v] in the mapping, if they are millivolts".into(),
         ));
     }
     let period_s = log.period_s();
     if period_s > constants::slowest_rows() {
         out.push(contradiction(
             format!("rows come every {period_s} s: between two of them a stroke is over"),
-            "give t_s in seconds (divide milliseconds by 1000), or record at 50 Hz or more".into(),
+            "give t_s in seconds (`unit = \"ms\"` under [column.t_s] in the mapping, if they are milliseconds), or record at 50 Hz or more".into(),
         ));
     }
     out
@@ -146,35 +158,38 @@ fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
     let half = 0.5 * r.cylinder.stroke_m;
     add(
         "y_m seems reversed",
-        "give y_m another sign in the mapping: it grows as chamber A does".into(),
+        "turn `sign` under [column.y_m] in the mapping, and the sign of `offset` if there is one: y_m grows as chamber A does".into(),
         with(&[(Column::Y, -1.0, 0.0)]),
     );
     for zero in [-half, half] {
+        let sign = if zero < 0.0 { 1.0 } else { -1.0 };
+        let turn = if zero < 0.0 { "" } else { "turn `sign` and the sign of `offset`, then " };
         add(
             "y_m seems to start at an end of the stroke",
-            format!("give y_m from mid-stroke: add {:.4} in the mapping", -half),
-            with(&[(Column::Y, if zero < 0.0 { 1.0 } else { -1.0 }, zero)]),
+            format!("give y_m from mid-stroke: {turn}add {zero:.4} to `offset` under [column.y_m] in the mapping"),
+            with(&[(Column::Y, sign, zero)]),
         );
     }
     let atmosphere = r.supply.atmosphere_pa;
     let chambers = [(Column::PA, 1.0, atmosphere), (Column::PB, 1.0, atmosphere)];
     let supply = (Column::PSup, 1.0, atmosphere);
-    let gauge = |columns: &str| {
-        (format!("{columns} seem to be gauge pressures"), format!("add {atmosphere} Pa to {columns} in the mapping"))
+    let gauge = |columns: &str, tables: &str| {
+        let remedy = format!("write `gauge = true` under {tables} in the mapping, which adds {atmosphere} Pa");
+        (format!("{columns} seem to be gauge pressures"), remedy)
     };
-    let (problem, remedy) = gauge("the chamber pressures");
+    let (problem, remedy) = gauge("the chamber pressures", "[column.p_a_pa] and [column.p_b_pa]");
     add(&problem, remedy, with(&chambers));
     if log.column(Column::PSup).is_some() {
-        let (problem, remedy) = gauge("p_sup_pa");
+        let (problem, remedy) = gauge("the values of p_sup_pa", "[column.p_sup_pa]");
         add(&problem, remedy, with(&[supply]));
-        let (problem, remedy) = gauge("all pressures");
+        let (problem, remedy) = gauge("all pressures", "the three tables of pressures");
         add(&problem, remedy, with(&[chambers[0], chambers[1], supply]));
     }
     if let Some((low, high)) = log.column(Column::U).and_then(extent) {
         let most = r.valve.max_voltage_v;
         add(
             "u_v seems reversed",
-            "give u_v another sign in the mapping: positive fills chamber A".into(),
+            "turn `sign` under [column.u_v] in the mapping, and the sign of `offset` if there is one: positive fills chamber A".into(),
             with(&[(Column::U, -1.0, 0.0)]),
         );
         // A command of one sign only, as 0 to 10 V is.
@@ -184,7 +199,11 @@ fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
                 if high <= 2.2 * middle {
                     add(
                         &format!("u_v seems to be 0 to {} V", 2.0 * middle),
-                        format!("give u_v about mid position: subtract {middle} in the mapping, then times {factor}"),
+                        format!(
+                            "give u_v about mid position: `points = [[0.0, {:?}], [{:?}, {most:?}]]` under [column.u_v] in the mapping",
+                            -most,
+                            2.0 * middle
+                        ),
                         with(&[(Column::U, factor, -factor * middle)]),
                     );
                 }
@@ -197,7 +216,7 @@ fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
         undone.set(Column::PB, Some(a.to_vec()));
         add(
             "p_a_pa and p_b_pa seem exchanged",
-            "exchange their columns in the mapping: a positive command fills A".into(),
+            "exchange `from` of [column.p_a_pa] and [column.p_b_pa] in the mapping: a positive command fills A".into(),
             undone,
         );
     }

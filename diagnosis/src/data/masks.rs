@@ -51,7 +51,7 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     // A sensor of another scale shows the end stops at other positions than the rig file.
     let [lower, upper] = record.end_stops_m;
     let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
-    let lasting = (constants::end_stop_settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
+    let lasting = (constants::settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
     // A position at its sensor's limit, and what smoothing and the observer make of it.
     for railed in railed(&record.y_m, record.quality.position, &Railed::position(interval_s)) {
         out[railed.start.saturating_sub(lasting / 4)..(railed.end + lasting).min(record.len())].fill(true);
@@ -68,9 +68,8 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     out
 }
 
-/// Time from which on the log determines the state of valve and supply, s. A log may begin while the rig is at work:
-/// the spool's place within its hysteresis is known once the command has passed through it, and a droop of the supply
-/// from before the log decays.
+/// Time from which on the log determines the state of the valve, s. A log may begin while the rig is at work:
+/// the spool's place within its hysteresis is known once the command has passed through it.
 pub(crate) fn valve_known_s(record: &Record) -> f64 {
     let (Some(&first), Some(&last)) = (record.t_s.first(), record.t_s.last()) else { return 0.0 };
     let (mut low, mut high) = (f64::MAX, f64::MIN);
@@ -79,7 +78,7 @@ pub(crate) fn valve_known_s(record: &Record) -> f64 {
         high - low > 2.0 * constants::largest_play_v()
     });
     let through_s = through.map_or(0.0, |k| record.t_s[k] - first);
-    first + through_s.max(constants::past_forgotten_s()).min(constants::longest_unknown_past() * (last - first))
+    first + through_s.min(constants::longest_unknown_past() * (last - first))
 }
 
 /// Positions shown at the lower and upper end stop, m: where the piston rests against a force that friction cannot
@@ -95,15 +94,15 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
         let leans = |k: &usize| {
             let (p_a, p_b) = (record.p_a_smooth.value[*k], record.p_b_smooth.value[*k]);
             let force = (p_a - p_b) * rig.cylinder.area_b_m2
-                + (rig.cylinder.area_a_m2 - rig.cylinder.area_b_m2) * (p_a - rig.supply.atmosphere_pa);
+                + (rig.cylinder.area_a_m2 - rig.cylinder.area_b_m2) * (p_a - rig.supply.atmosphere_pa)
+                - rig.cylinder.spring_force_n(record.y_m[*k]);
             (side * record.y_m[*k] / half - 1.0).abs() < constants::near_end()
                 && side * force > enough_n
                 && record.motion.slope[*k].abs() < at_rest
         };
         let mut readings: Vec<f64> = (0..record.len()).filter(leans).map(|k| record.y_m[k]).collect();
         let middle = readings.len() / 2;
-        (readings.len() >= constants::least_leaning())
-            .then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
+        (!readings.is_empty()).then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
     })
 }
 
@@ -120,20 +119,18 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let position = record.quality.position.standard_deviation * left.sqrt();
     let half = 0.5 * c.stroke_m;
     let [lower, upper] = record.end_stops_m.map(|stop| stop.map_or(1.0, |reading| half / reading.abs()));
-    let tolerance = |key: &str| file.tolerance.own(key).unwrap_or(file.tolerance.default);
-    let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64, key: &str| -> Vec<f64> {
+    let weights = |pressures: &[f64], noise: f64, volume_0: f64, area: f64| -> Vec<f64> {
         let smallest = MINIMUM_VOLUME_RATIO * area.abs() * c.stroke_m;
-        let unknown = constants::unknown_volume() * tolerance(key) * volume_0;
         let volume = |y: f64| (volume_0 + area * y * if y < 0.0 { lower } else { upper }).max(smallest);
         let by_volume = |y: f64, p: f64| rig.gas.heat_capacity_ratio * p * area.abs() / volume(y) * position;
         let pairs = record.y_smooth.value.iter().zip(pressures);
         let weight = |y: f64, p: f64| 1.0 / noise.max(constants::numerical_error_pa()).hypot(by_volume(y, p));
-        pairs.map(|(y, p)| if volume(*y) < unknown { 0.0 } else { weight(*y, *p) }).collect()
+        pairs.map(|(y, p)| weight(*y, *p)).collect()
     };
     let quality = &record.quality;
     let (a, b) = (quality.pressure_a.standard_deviation, quality.pressure_b.standard_deviation);
-    let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_a_m2, "cylinder.volume_a0_m3");
-    let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_b_m2, "cylinder.volume_b0_m3");
+    let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_a_m2);
+    let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_b_m2);
     // Where the position is clipped, the volumes of the chambers are unknown.
     for railed in railed(&record.y_m, quality.position, &Railed::position(record.quality.interval_s)) {
         for weight in [&mut weight_a, &mut weight_b] {

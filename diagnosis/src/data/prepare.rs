@@ -15,7 +15,10 @@ use rig_files::{Log, RigFile};
 
 /// Makes a log ready, for a rig as its file states it: rows as measured, nothing between them ([`refined`]).
 pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
-    let columns = [&log.u_v, &log.p_a_pa, &log.p_b_pa, &log.p_sup_pa, &log.f_ext_n];
+    let vented_b = rig.rig.cylinder.is_single_acting();
+    let vented = || Some(vec![rig.rig.supply.atmosphere_pa; log.t_s.len()]);
+    let p_b_pa = if vented_b { &vented() } else { &log.p_b_pa };
+    let columns = [&log.u_v, &log.p_a_pa, p_b_pa, &log.p_sup_pa, &log.f_ext_n];
     let usable: Vec<usize> = (0..log.t_s.len())
         .filter(|&k| {
             log.y_m[k].is_finite() && columns.iter().all(|c| c.as_ref().is_none_or(|values| values[k].is_finite()))
@@ -28,15 +31,16 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
         y_m: pick(&log.y_m),
         u_v: pick_optional(&log.u_v),
         p_a_pa: pick_optional(&log.p_a_pa),
-        p_b_pa: pick_optional(&log.p_b_pa),
+        p_b_pa: pick_optional(p_b_pa),
         p_sup_pa: pick_optional(&log.p_sup_pa),
         f_ext_n: pick_optional(&log.f_ext_n),
         available: Available {
             command: log.u_v.is_some(),
             pressure_a: log.p_a_pa.is_some(),
-            pressure_b: log.p_b_pa.is_some(),
+            pressure_b: p_b_pa.is_some(),
             supply: log.p_sup_pa.is_some(),
             force: log.f_ext_n.is_some(),
+            vented_b,
         },
         ..Record::default()
     };

@@ -16,6 +16,9 @@ pub struct Available {
     pub supply: bool,
     /// External force.
     pub force: bool,
+    /// A single-acting cylinder's chamber B breathes freely: its pressure is known, and tells nothing.
+    #[serde(skip)]
+    pub vented_b: bool,
 }
 
 /// Sampling and noise, as found in the log.

@@ -1,5 +1,6 @@
 //! Whether the log's command was held between rows, or moved on: by likelihood.
 
+use super::effort::Effort;
 use super::problem::{Fit, Problem};
 use crate::balances::between;
 use crate::balances::shared::Signals;
@@ -29,7 +30,7 @@ pub(crate) fn likelier(
 ) -> Record {
     let air = judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit());
     let cost = |record: &Record| -> Option<(f64, f64)> {
-        let signals = Signals::default();
+        let (signals, effort) = (Signals::default(), Effort::default());
         let stretches = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
         let problem = Problem {
             rig,
@@ -38,6 +39,7 @@ pub(crate) fn likelier(
             judgeable: air,
             nominal,
             signals: &signals,
+            effort: &effort,
             terms: &[],
             dispersion: [1.0; 4],
             judged: OnceLock::new(),

@@ -45,7 +45,7 @@ impl Problem<'_> {
                 let (up, down) = rayon::join(|| trial(step), || trial(-step));
                 let best = up.into_iter().chain(down).min_by(|a, b| a.0.total_cmp(&b.0));
                 match best {
-                    Some((new, trial)) if new < cost - constants::coordinate_gain() => {
+                    Some((new, trial)) if new < cost - constants::same_cost() => {
                         (values, cost, found) = (trial, new, true);
                     }
                     _ => step /= 3.0,

@@ -9,21 +9,6 @@ use crate::model::parameter::Slot;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Steps of the difference quotients, in scales of a parameter. The force balance is not smooth and needs large steps.
-/// The balances of the air are smooth; where parameters nearly compensate each other, only small steps are accurate
-/// enough.
-pub(crate) struct DifferenceStep {
-    pub(crate) rough: f64,
-    pub(crate) smooth: f64,
-}
-
-impl DifferenceStep {
-    /// For fits.
-    pub(crate) fn of_fits() -> Self {
-        Self { rough: constants::step_rough(), smooth: constants::step_smooth() }
-    }
-}
-
 /// Normal matrix and gradient.
 pub(crate) type Normal = (DMatrix<f64>, DVector<f64>);
 
@@ -42,19 +27,20 @@ impl Jacobian {
 }
 
 impl Problem<'_> {
-    /// Residual derivatives of one parameter by a one-sided difference, over the channels it acts on.
+    /// Residual derivatives of one parameter by a one-sided difference, over the channels it acts on. The force balance is not
+    /// smooth and needs large steps. The balances of the air are smooth; where parameters nearly compensate each other, only
+    /// small steps are accurate enough.
     pub(crate) fn jacobian_column(
         &self,
         hypothesis: &Hypothesis,
         values: &[f64],
         base: &Residuals,
         index: usize,
-        step: &DifferenceStep,
     ) -> Residuals {
         let parameter = &hypothesis.parameters[index];
         let rough = Channel::Position.bit();
         let mut out = Residuals::default();
-        for (channels, relative) in [(rough, step.rough), (!rough, step.smooth)] {
+        for (channels, relative) in [(rough, constants::step_rough()), (!rough, constants::step_smooth())] {
             let wanted = parameter.channels & channels;
             if wanted == 0 {
                 continue;
@@ -84,7 +70,7 @@ impl Problem<'_> {
     pub(crate) fn jacobian(&self, fit: &Fit) -> Option<Jacobian> {
         let h = &fit.hypothesis;
         let base = self.evaluate(h, &h.values, self.judgeable)?;
-        let column = |index: usize| self.jacobian_column(h, &h.values, &base, index, &DifferenceStep::of_fits());
+        let column = |index: usize| self.jacobian_column(h, &h.values, &base, index);
         let columns = (0..h.values.len()).into_par_iter().map(column).collect();
         Some(Jacobian { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }

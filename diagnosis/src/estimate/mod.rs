@@ -4,6 +4,7 @@ pub(crate) mod between_rows;
 pub(crate) mod coordinate_search;
 pub(crate) mod covariance;
 pub(crate) mod derivatives;
+pub(crate) mod effort;
 pub(crate) mod likelihood;
 pub(crate) mod noise_level;
 pub(crate) mod optimiser;

@@ -1,6 +1,6 @@
 //! The maximum a posteriori estimate: Levenberg-Marquardt steps on the robust loss, with tolerances as priors.
 
-use super::derivatives::{DifferenceStep, Jacobian};
+use super::derivatives::Jacobian;
 use super::likelihood::Residuals;
 use super::problem::{Fit, Problem};
 use crate::constants;
@@ -21,8 +21,8 @@ impl Problem<'_> {
         self.fit_and_search(hypothesis, self.judgeable, iterations, f64::INFINITY)
     }
 
-    /// [`Problem::refit`], followed by rounds of coordinate search over the parameters with a non-smooth cost. A round
-    /// is left out if its largest likely gain would not bring the cost below `goal`.
+    /// [`Problem::refit`], followed by a coordinate search over the parameters with a non-smooth cost and a refit from there. The
+    /// search is left out if taking away all that noise does not explain would not bring the cost below `goal`.
     pub(crate) fn fit_and_search(
         &self,
         hypothesis: Hypothesis,
@@ -30,23 +30,22 @@ impl Problem<'_> {
         iterations: usize,
         goal: f64,
     ) -> Option<Fit> {
-        let mut fit = self.levenberg_marquardt(hypothesis, changed, iterations, goal, None)?;
-        for _ in 0..constants::coordinate_rounds() {
-            let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
-            if fit.cost(self) - constants::most_by_coordinates() * left > goal {
-                break;
-            }
-            let Some(better) = self.coordinate_search(&fit, changed) else { break };
-            fit = self.levenberg_marquardt(better, changed, iterations, goal, None)?;
+        let fit = self.refit(hypothesis, changed, iterations)?;
+        let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
+        if fit.cost(self) - left > goal {
+            return Some(fit);
         }
-        Some(fit)
+        match self.coordinate_search(&fit, changed) {
+            Some(better) => self.refit(better, changed, iterations),
+            None => Some(fit),
+        }
     }
 
     /// Fits a hypothesis from its values by Levenberg-Marquardt steps, after something `changed` in some channels. Free
     /// are the parameters of these channels and of those that shared parameters connect with them; all others keep
     /// their values.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
-        self.levenberg_marquardt(hypothesis, changed, iterations, f64::INFINITY, None)
+        self.levenberg_marquardt(hypothesis, changed, iterations, None)
     }
 
     /// The first steps of a fit close to another one, whose derivatives are used for the parameters that both have.
@@ -57,7 +56,7 @@ impl Problem<'_> {
         iterations: usize,
         slopes: &Jacobian,
     ) -> Option<Fit> {
-        self.levenberg_marquardt(hypothesis, changed, iterations, f64::INFINITY, Some(slopes))
+        self.levenberg_marquardt(hypothesis, changed, iterations, Some(slopes))
     }
 
     fn levenberg_marquardt(
@@ -65,7 +64,6 @@ impl Problem<'_> {
         mut hypothesis: Hypothesis,
         changed: Channels,
         iterations: usize,
-        goal: f64,
         slopes: Option<&Jacobian>,
     ) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
@@ -78,19 +76,14 @@ impl Problem<'_> {
         let known: Vec<Option<&Residuals>> =
             hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
-        // A column costs a run through the log. So after a small step the columns of nominal values are used once more;
-        // only a step with all columns new ends a fit.
-        let mut all_new = true;
-        let mut hopeless = 0;
-        let noise = self.noise_cost(self.judgeable);
         'iterations: for _ in 0..iterations {
             if hypothesis.parameters.is_empty() {
                 break;
             }
             columns.par_iter_mut().enumerate().for_each(|(index, column)| {
                 let parameter = &hypothesis.parameters[index];
-                if known[index].is_none() && free(parameter) && (all_new || parameter.tolerance.is_none()) {
-                    *column = self.jacobian_column(&hypothesis, &values, &residuals, index, &DifferenceStep::of_fits());
+                if known[index].is_none() && free(parameter) {
+                    *column = self.jacobian_column(&hypothesis, &values, &residuals, index);
                 }
             });
             let references: Vec<&Residuals> = columns.iter().collect();
@@ -110,46 +103,20 @@ impl Problem<'_> {
                     let cost = self.total(&new, &hypothesis, trial);
                     Some((new, cost))
                 };
-                if let Some((mut new_residuals, mut new_cost)) = attempt(&trial)
+                if let Some((new_residuals, new_cost)) = attempt(&trial)
                     && new_cost < cost
                 {
-                    let mut trial = trial;
-                    let mut longer = step.clone();
-                    // Where errors are large, the robust loss makes steps too short.
-                    while new_cost > constants::far_from_noise() * noise {
-                        longer *= 2.0;
-                        let farther = limited(&hypothesis.parameters, &values, &longer);
-                        match attempt(&farther) {
-                            Some((residuals, cost)) if cost < new_cost => {
-                                (trial, new_residuals, new_cost) = (farther, residuals, cost);
-                            }
-                            _ => break,
-                        }
-                    }
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    hopeless = if gained < constants::too_slow() * (cost - goal) { hopeless + 1 } else { 0 };
-                    if hopeless >= constants::too_slow_steps() {
+                    if gained < constants::converged() + 1.0e-6 * cost {
                         break 'iterations;
                     }
-                    let enough =
-                        if cost > constants::far_from_noise() * noise { constants::converged_far() } else { 1.0e-6 };
-                    let converged = gained < constants::converged() + enough * cost;
-                    if converged && all_new {
-                        break 'iterations;
-                    }
-                    let far = step.iter().any(|moved| moved.abs() > constants::small_step())
-                        || gained > constants::small_gain() * cost;
-                    all_new = converged || far || !all_new;
                     continue 'iterations;
                 }
                 damping = (damping * 60.0).max(1.0e-6);
             }
-            if all_new {
-                break;
-            }
-            all_new = true;
+            break;
         }
         hypothesis.values = values;
         hypothesis.put_in_order();

@@ -1,5 +1,6 @@
 //! The data of a fit, and the cost of a hypothesis on them: minus the log-posterior up to a constant.
 
+use super::effort::Effort;
 use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
 use crate::balances::added::Added;
 use crate::balances::observers::{self, Innovations};
@@ -27,6 +28,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) nominal: &'a [Parameter],
     /// Intermediate signals, shared between hypotheses.
     pub(crate) signals: &'a Signals,
+    /// What has been computed so far.
+    pub(crate) effort: &'a Effort,
     /// The library of terms outside the catalogue.
     pub(crate) terms: &'a [Term],
     /// Long-run variance of each channel's innovations at the best fit so far, 1 for white noise. Divides the channel's
@@ -88,6 +91,7 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
+        self.effort.add(self.stretches.iter().map(|stretch| stretch.range().len()).sum(), wanted);
         let innovations = observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted);
         Some(average_neighbours(&innovations, self.record.averaged()))
     }

@@ -4,5 +4,6 @@
 pub(crate) mod calibration;
 pub(crate) mod cause;
 pub(crate) mod experiments;
+pub(crate) mod extension;
 pub(crate) mod identifiability;
 pub(crate) mod residuals;

@@ -79,8 +79,10 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
     let rows: Vec<(f64, f64, f64, f64)> = (0..log.len())
         .map(|k| {
             let (a, b) = (gauge(&log.p_a_pa, k), gauge(&log.p_b_pa, k));
-            // The atmosphere acts on the rod: gauge pressures on their areas.
-            (log.t_s[k], log.y_m[k], a - b, cylinder.area_a_m2 * a - cylinder.area_b_m2 * b + force[k])
+            // The atmosphere acts on the rod: gauge pressures on their areas. A chamber with a spring breathes freely.
+            let b = if cylinder.is_single_acting() { 0.0 } else { b };
+            let driving = cylinder.area_a_m2 * a - cylinder.area_b_m2 * b - cylinder.spring_force_n(log.y_m[k]);
+            (log.t_s[k], log.y_m[k], a - b, driving + force[k])
         })
         .filter(|(_, y, p, r)| y.is_finite() && p.is_finite() && r.is_finite())
         .collect();

@@ -44,7 +44,7 @@ impl Hypothesis {
         out.parameters.push(Parameter {
             slot: Slot::Term(index),
             neutral: 0.0,
-            scale: constants::term_scale(),
+            scale: 1.0,
             negligible: 0.0,
             tolerance: None,
             min: -constants::largest_term(),

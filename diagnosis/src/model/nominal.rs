@@ -3,7 +3,7 @@
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use rig_files::{RigFile, all_keys};
+use rig_files::{RigFile, RigKey, all_keys};
 
 const A: Channels = Channel::PressureA.bit();
 const B: Channels = Channel::PressureB.bit();
@@ -13,13 +13,17 @@ const S: Channels = Channel::Supply.bit();
 /// The nominal values that are corrected within their tolerance, with the channels they act on.
 ///
 /// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
-const CORRECTED: [(&str, Channels); 14] = [
+const CORRECTED: [(&str, Channels); 18] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
     ("valve.fill_conductance_m3_per_s_pa", A | B),
     ("valve.exhaust_conductance_m3_per_s_pa", A | B),
     ("cylinder.volume_a0_m3", A),
     ("cylinder.volume_b0_m3", B),
+    ("cushion_a.conductance_m3_per_s_pa", A),
+    ("cushion_b.conductance_m3_per_s_pa", B),
+    ("cylinder.spring_n_per_m", Y),
+    ("cylinder.spring_preload_n", Y),
     ("load.mass_kg", Y),
     ("friction.coulomb_n", Y),
     ("friction.static_n", Y),
@@ -38,6 +42,35 @@ const ATMOSPHERE: &str = "supply.atmosphere_pa";
 const CORRECTED_ON_REQUEST: [(&str, Channels); 2] =
     [("gas.heat_capacity_ratio", A | B), ("cylinder.area_m2", A | B | Y)];
 
+/// What data sheets give of valves of ISO 6358, path by path: no two paths of a valve are alike. They stand for the values of
+/// both sides.
+const BY_PATH: [(&str, Channels); 8] = [
+    ("valve.fill_conductance_a_m3_per_s_pa", A),
+    ("valve.fill_conductance_b_m3_per_s_pa", B),
+    ("valve.exhaust_conductance_a_m3_per_s_pa", A),
+    ("valve.exhaust_conductance_b_m3_per_s_pa", B),
+    ("valve.fill_critical_ratio_a", A),
+    ("valve.fill_critical_ratio_b", B),
+    ("valve.exhaust_critical_ratio_a", A),
+    ("valve.exhaust_critical_ratio_b", B),
+];
+
+/// Of a valve with an opening table: by how much each side of its spool opens faster than the table's.
+const BESIDE_A_TABLE: [(&str, Channels); 2] = [("valve.slope_right", A | B), ("valve.slope_left", A | B)];
+
+/// The channels of a value that is corrected on this rig by default.
+fn corrected(rig: &RigFile, key: &RigKey) -> Option<Channels> {
+    let by_path = rig.rig.follows_iso6358();
+    let table = !rig.rig.opening.is_empty();
+    let of = |list: &[(&str, Channels)]| list.iter().find(|(path, _)| *path == key.path).map(|(_, channels)| *channels);
+    let stood_for = |both: &RigKey| {
+        by_path && both.sides.iter().any(|side| BY_PATH.iter().any(|(path, _)| *path == side.key().path))
+    };
+    (of(&CORRECTED).filter(|_| !stood_for(key)))
+        .or_else(|| of(&BY_PATH).filter(|_| by_path))
+        .or_else(|| of(&BESIDE_A_TABLE).filter(|_| table))
+}
+
 /// The tolerance of a value without an entry of its own. Weather is what it is; a gauge is no better than its class. A default
 /// of zero says that all values are exact, but for the setting of a regulator behind which the supply was measured.
 fn by_default(default: f64, path: &str, supply_measured: bool) -> f64 {
@@ -55,11 +88,11 @@ fn by_default(default: f64, path: &str, supply_measured: bool) -> f64 {
 pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
     let mut out = Vec::new();
     for key in all_keys() {
-        let default = CORRECTED.iter().find(|(path, _)| *path == key.path);
+        let default = corrected(rig, key);
         let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
-            (Some((_, channels)), _, own) => {
-                (*channels, own.unwrap_or_else(|| by_default(rig.tolerance.default, key.path, supply_measured)))
+            (Some(channels), _, own) => {
+                (channels, own.unwrap_or_else(|| by_default(rig.tolerance.default, key.path, supply_measured)))
             }
             (None, Some((_, channels)), Some(own)) => (*channels, own),
             _ => continue,

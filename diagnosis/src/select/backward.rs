@@ -1,6 +1,6 @@
 //! Backward elimination: causes that the others make needless.
 
-use super::penalty::{negligible, required_gain, shortfall};
+use super::penalty::{required_gain, shortfall};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -10,16 +10,11 @@ use rayon::prelude::*;
 /// Backward elimination: removes the most dispensable cause, one at a time, while its removal costs less than the
 /// required gain.
 pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
-    let (subset, _) = problem.subset();
     loop {
         if fit.hypothesis.effects.is_empty() {
             return fit;
         }
-        let base = subset.evaluate_as_is(fit.hypothesis.clone());
         let needless = fit.hypothesis.effects.par_iter().filter_map(|effect| {
-            if base.as_ref().is_some_and(|base| needed(&subset, base, *effect)) {
-                return None;
-            }
             let smaller = refit_without(problem, &fit, *effect)?;
             let shortfall = shortfall(problem, &fit, &smaller, *effect);
             (shortfall >= 0.0).then_some((shortfall, smaller))
@@ -36,16 +31,4 @@ pub(crate) fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) ->
     let smaller = fit.hypothesis.without(effect, problem.nominal);
     let goal = fit.cost(problem) + required_gain(problem, fit, effect);
     problem.fit_and_search(smaller, effects::channels(effect), constants::iterations(), goal)
-}
-
-/// Whether a subset of the data already shows, by far, that a fit needs a cause.
-fn needed(subset: &Problem<'_>, fit: &Fit, effect: Effect) -> bool {
-    if negligible(fit, effect) {
-        return false;
-    }
-    let least = constants::beyond_doubt() * required_gain(subset, fit, effect);
-    let smaller = fit.hypothesis.without(effect, subset.nominal);
-    let without =
-        subset.fit_and_search(smaller, effects::channels(effect), constants::iterations(), fit.cost(subset) + least);
-    without.is_some_and(|without| without.cost(subset) - fit.cost(subset) > least)
 }

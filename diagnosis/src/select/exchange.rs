@@ -3,7 +3,7 @@
 use super::backward::{prune, refit_without};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
-use super::penalty::{cost_before_pruning, open, penalised_cost};
+use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -42,7 +42,6 @@ fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
 /// Replaces causes one at a time as long as that lowers the penalised cost, beginning with the cause whose removal
 /// costs least. Returns the best fit, and for each of its causes the alternatives that were fitted.
 pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
-    let mut exchanges = 0;
     let mut seen = Vec::new();
     loop {
         let effects = &best.hypothesis.effects;
@@ -54,10 +53,13 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
         let mut exchanged = None;
         for place in order {
             let Some(without) = without[place].clone() else { continue };
-            let found = alternatives(problem, &best, effects[place], without, memory);
-            if exchanges < constants::exchanges() {
-                exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
-            }
+            // Where too much is spent a cause keeps its place, and ties that its file does not state stay untold.
+            let found = if exhausted(problem, &best) {
+                Alternatives { without, instead: Vec::new() }
+            } else {
+                alternatives(problem, &best, effects[place], without, memory)
+            };
+            exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
             all[place] = Some(found);
             if exchanged.is_some() {
                 break;
@@ -67,12 +69,17 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
             Some(fit) => best = fit,
             None => return (best, all),
         }
-        exchanges += 1;
     }
 }
 
-/// The best of some exchanges after backward elimination, if its penalised cost is lower than the present one.
-/// Exchanges with causes and cost that were `seen` before are left out.
+/// Whether so much is spent that no more exchanges are tried: less where names are out of reach.
+fn exhausted(problem: &Problem<'_>, best: &Fit) -> bool {
+    let most = if out_of_reach(problem, best) { constants::most_effort_open() } else { constants::most_effort() };
+    problem.effort.millions() > most
+}
+
+/// The best of some exchanges, after backward elimination, if its penalised cost is lower than the present one and its causes and
+/// cost were not `seen` before.
 fn best_exchange(
     problem: &Problem<'_>,
     best: &Fit,
@@ -84,20 +91,14 @@ fn best_exchange(
     // needless.
     let likelier =
         |fit: &&Fit| cost_before_pruning(problem, fit) < enough || fit.cost(problem) < cost - constants::likelier();
-    let mut likelier: Vec<&Fit> = instead.iter().filter(likelier).collect();
-    likelier.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
-    let mut new = |fit: &&Fit| {
-        let (effects, cost) = (&fit.hypothesis.effects, fit.cost(problem));
-        let known =
-            seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < constants::same_fit());
-        seen.push((effects.clone(), cost));
-        !known
-    };
-    let likelier: Vec<&Fit> = likelier.into_iter().take(constants::pruned_to_the_end()).filter(&mut new).collect();
-    let pruned = likelier.into_iter().map(|fit| prune(problem, fit.clone()));
-    pruned
-        .filter(|fit| penalised_cost(problem, fit) < enough)
-        .min_by(|a, b| penalised_cost(problem, a).total_cmp(&penalised_cost(problem, b)))
+    let first = (instead.iter().filter(likelier))
+        .min_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)))?;
+    let (effects, cost) = (&first.hypothesis.effects, first.cost(problem));
+    if seen.iter().any(|(others, other)| others == effects && (other - cost).abs() < constants::same_cost()) {
+        return None;
+    }
+    seen.push((effects.clone(), cost));
+    Some(prune(problem, first.clone())).filter(|fit| penalised_cost(problem, fit) < enough)
 }
 
 /// A cause and its image are equivalent if a third effect (the companion) takes another value. Of the two, chooses the
@@ -147,6 +148,9 @@ pub(crate) fn exchange_images(
         return (best, all);
     }
     for effect in best.hypothesis.effects.clone() {
+        if exhausted(problem, &best) {
+            break;
+        }
         let Some(image) = fit_image(problem, &best, effect) else { continue };
         let (other, alternatives) = exchange(problem, image, memory);
         if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {

@@ -40,8 +40,6 @@ pub(crate) struct Memory {
 /// The extensions of a set of causes.
 struct Explored {
     from: Fit,
-    /// Dispersion they were compared with.
-    dispersion: [f64; 4],
     /// Channels: each extension acts on at least one of them.
     acting: Channels,
     fits: Vec<Fit>,
@@ -64,19 +62,19 @@ impl Memory {
         self.explored
             .iter()
             .rev()
-            .find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + constants::same_fit())
+            .find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + constants::same_cost())
     }
 }
 
 /// A candidate effect with its initial values and its score: the gain predicted to first order.
-struct Candidate {
-    effect: Effect,
-    starts: Vec<Vec<f64>>,
-    predicted: f64,
+pub(crate) struct Candidate {
+    pub(crate) effect: Effect,
+    pub(crate) starts: Vec<Vec<f64>>,
+    pub(crate) predicted: f64,
 }
 
 /// What the score test of candidates needs: a subset of the data, and the Jacobian of the fit on it.
-struct Scoring<'a> {
+pub(crate) struct Scoring<'a> {
     subset: Problem<'a>,
     /// Ratio of all data to the subset, by which scores are multiplied.
     ratio: f64,
@@ -86,7 +84,7 @@ struct Scoring<'a> {
 }
 
 impl<'a> Scoring<'a> {
-    fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
+    pub(crate) fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
         let (subset, ratio) = problem.subset();
         let slopes = subset.jacobian(from)?;
         let relax = || {
@@ -98,14 +96,24 @@ impl<'a> Scoring<'a> {
         Some(Self { subset, ratio, slopes, relaxed })
     }
 
+    /// The subset of the data.
+    pub(crate) fn subset(&self) -> &Problem<'a> {
+        &self.subset
+    }
+
     /// The Jacobian for a candidate that begins with strained nominal values back at nominal (`anew`) or as fitted.
-    fn jacobian(&self, anew: bool) -> &Jacobian {
+    pub(crate) fn jacobian(&self, anew: bool) -> &Jacobian {
         self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
     }
 }
 
 /// The candidates for one more cause that acts on some channels, highest score first.
-fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, acting: Channels) -> Vec<Candidate> {
+pub(crate) fn ranked_candidates(
+    problem: &Problem<'_>,
+    from: &Fit,
+    scoring: &Scoring<'_>,
+    acting: Channels,
+) -> Vec<Candidate> {
     // Initial values of effects that are periodic along the stroke.
     let wavelengths_m = if acting & Channel::Position.bit() == 0 { Vec::new() } else { wavelengths(problem, from) };
     let open: Vec<(Effect, Vec<f64>)> = candidates(problem)
@@ -133,6 +141,16 @@ fn ranked_candidates(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, a
         relieving.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
     scores.iter_mut().for_each(|score| *score *= scoring.ratio);
+    // What acts on a part of the way only may act nowhere in the subset: there the gain of the initial values counts, in
+    // the whole log.
+    let local = |k: &usize| open[*k].0.identification().acts_locally;
+    let gain = |k: usize| {
+        let started = problem.evaluate_as_is(extended[k].clone());
+        (k, started.map_or(0.0, |started| (from.cost(problem) - started.cost(problem)).max(0.0)))
+    };
+    let local: Vec<(usize, f64)> =
+        (0..open.len()).filter(local).collect::<Vec<_>>().into_par_iter().map(gain).collect();
+    local.into_iter().for_each(|(k, gain)| scores[k] = scores[k].max(gain));
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -169,32 +187,18 @@ impl Wanted {
 /// The fits of a hypothesis with one more effect, for the candidates of highest score; lowest penalised cost first.
 pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
     let (explored, mut fits) = match memory.extensions(problem, from, wanted.acting) {
-        Some(explored) => (explored.acting, again(problem, explored)),
+        Some(explored) => (explored.acting, in_order(problem, explored.fits.clone())),
         None => (wanted.acting, explore(problem, from, wanted, &mut memory.tried)),
     };
-    let dispersion = problem.dispersion;
-    memory.explored.push(Explored { from: from.clone(), dispersion, acting: explored, fits: fits.clone() });
+    memory.explored.push(Explored { from: from.clone(), acting: explored, fits: fits.clone() });
     let acts = |effect: &Effect| effects::channels(*effect) & wanted.acting != 0;
     fits.retain(|fit| fit.hypothesis.effects.last().is_some_and(acts));
     fits
 }
 
-/// Extensions found before, ordered with the present dispersion; the best are fitted again if that has changed.
-fn again(problem: &Problem<'_>, explored: &Explored) -> Vec<Fit> {
-    let mut fits = explored.fits.clone();
-    let by_cost_before_pruning =
-        |a: &Fit, b: &Fit| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b));
-    fits.sort_by(by_cost_before_pruning);
-    let changed = |(new, old): (f64, f64)| new.max(old) > constants::dispersion_changed() * new.min(old);
-    if problem.dispersion.into_iter().zip(explored.dispersion).any(changed) {
-        let first = fits.len().min(constants::candidates_finished());
-        fits[..first].par_iter_mut().for_each(|fit| {
-            if let Some(better) = problem.fit(fit.hypothesis.clone(), constants::iterations()) {
-                *fit = better;
-            }
-        });
-        fits.sort_by(by_cost_before_pruning);
-    }
+/// Extensions, lowest penalised cost with the present dispersion first.
+fn in_order(problem: &Problem<'_>, mut fits: Vec<Fit>) -> Vec<Fit> {
+    fits.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
     fits
 }
 
@@ -203,13 +207,13 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     let Some(scoring) = Scoring::new(problem, from) else { return Vec::new() };
     let mut candidates = ranked_candidates(problem, from, &scoring, wanted.acting);
     let base = from.cost(problem);
-    let worth = |c: &Candidate| c.predicted > constants::score_share() * required_gain(problem, from, c.effect);
-    let mut count = candidates.iter().take_while(|c| worth(c)).count().min(wanted.most);
+    let scores_enough = |c: &Candidate| c.predicted > constants::score_share() * required_gain(problem, from, c.effect);
+    let mut count = candidates.iter().take_while(|c| scores_enough(c)).count().min(wanted.most);
     // Where nominal values are strained scores are not reliable; then all effects that act there are tried.
     let strained = from.hypothesis.strained();
     if strained != 0 {
-        candidates.sort_by_key(|c| effects::channels(c.effect) & strained == 0 && !worth(c));
-        let tried = candidates.iter().take_while(|c| effects::channels(c.effect) & strained != 0 || worth(c));
+        candidates.sort_by_key(|c| effects::channels(c.effect) & strained == 0 && !scores_enough(c));
+        let tried = candidates.iter().take_while(|c| effects::channels(c.effect) & strained != 0 || scores_enough(c));
         count = tried.count().min(constants::candidates_strained());
     }
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit();
@@ -262,10 +266,9 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
         .collect();
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
-    let worthy = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * constants::tie();
-    // With strained nominal values the first iterations say less, so more candidates are fitted to the end.
-    let most = if strained == 0 { constants::candidates_finished() } else { constants::candidates_finished_strained() };
-    let finished = begun.iter().take_while(|fit| worthy(fit)).count().clamp(1, most).min(begun.len());
+    let promising = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * constants::tie();
+    let finished = begun.iter().take_while(|fit| promising(fit)).count();
+    let finished = finished.clamp(1, constants::candidates_finished()).min(begun.len());
     let mut fits: Vec<Fit> = begun
         .par_iter()
         .enumerate()
@@ -287,7 +290,6 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
             }
         })
     });
-    fits.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
     tried.extend(fits.iter().map(Tried::of));
-    fits
+    in_order(problem, fits)
 }

@@ -3,7 +3,7 @@
 
 use crate::constants;
 use crate::data::channel::Channel;
-use crate::estimate::likelihood::{COST_OF_NOISE, dispersion, trimmed_misfit};
+use crate::estimate::likelihood::{COST_OF_NOISE, dispersion, misfit};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::{Parameter, Slot};
@@ -58,8 +58,8 @@ fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) 
     let Some(innovations) = problem.innovations(without) else { return 0.0 };
     let white = |c: &&Channel| {
         let e = &innovations.channels[**c as usize];
-        trimmed_misfit(e, problem.record.averaged(), 0.0) < 1.0
-            && dispersion(e, problem.record.dispersion_span()) < constants::white_dispersion()
+        misfit(e, problem.record.averaged()) < 1.0
+            && dispersion(e, problem.record.dispersion_span()) < constants::like_noise()
     };
     quiet.iter().filter(white).map(gained).sum()
 }
@@ -118,6 +118,11 @@ pub(crate) fn cost_before_pruning(problem: &Problem<'_>, fit: &Fit) -> f64 {
 /// Whether a fit leaves a balance so far above noise that all its causes may be wrong.
 pub(crate) fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, constants::wide_open(), |channel| fit.cost_in(problem, channel.bit()))
+}
+
+/// The same, whatever over-dispersion has been found: names are out of reach.
+pub(crate) fn out_of_reach(problem: &Problem<'_>, fit: &Fit) -> bool {
+    any_beyond(problem, constants::wide_open(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// Whether a fit leaves a balance far from white noise.

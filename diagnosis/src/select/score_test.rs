@@ -1,11 +1,9 @@
 //! The score test: the gain of a candidate in log-likelihood, predicted to first order without fitting it (Rao 1948).
 
-use crate::constants;
-use crate::estimate::derivatives::{DifferenceStep, Jacobian, Normal, regularised};
+use crate::estimate::derivatives::{Jacobian, Normal, regularised};
 use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::Slot;
 use rayon::prelude::*;
 
 /// A candidate at its initial values.
@@ -39,16 +37,7 @@ impl Problem<'_> {
                 }
                 let at_start = started.residuals.as_ref().unwrap_or(base);
                 let added: Vec<Residuals> = (values.len()..extended.parameters.len())
-                    .map(|index| {
-                        let smoothless =
-                            matches!(extended.parameters[index].slot, Slot::Effect(e, _) if !e.identification().smooth_at_neutral);
-                        let step = if smoothless {
-                            DifferenceStep { rough: constants::step_overcoming(), smooth: constants::step_overcoming() }
-                        } else {
-                            DifferenceStep::of_fits()
-                        };
-                        self.jacobian_column(extended, &extended.values, at_start, index, &step)
-                    })
+                    .map(|index| self.jacobian_column(extended, &extended.values, at_start, index))
                     .collect();
                 let columns: Vec<&Residuals> = own.iter().copied().chain(&added).collect();
                 // The weights of the robust loss depend on the residuals, so the known part holds only where these are
@@ -110,15 +99,11 @@ fn differentiated(candidates: &[Hypothesis], started: &[Option<Started>]) -> Vec
     (0..candidates.len())
         .map(|place| {
             let (Some(gained), Start::Differentiated) = (moved(place), starts[place]) else { return starts[place] };
-            let rivals = (0..candidates.len()).filter(|other| *other != place && last(*other) == last(place));
-            let better = |other: &usize| {
-                matches!(starts[*other], Start::Differentiated) && moved(*other).is_some_and(|g| g > gained)
+            let mut rivals = (0..candidates.len()).filter(|other| *other != place && last(*other) == last(place));
+            let better = |other: usize| {
+                matches!(starts[other], Start::Differentiated) && moved(other).is_some_and(|g| g > gained)
             };
-            if rivals.filter(better).count() < constants::starts_sloped() {
-                Start::Differentiated
-            } else {
-                Start::AsItIs
-            }
+            if rivals.any(better) { Start::AsItIs } else { Start::Differentiated }
         })
         .collect()
 }

@@ -14,6 +14,8 @@ use plant_model::Effect;
 /// The outcome of the search.
 pub(crate) struct Found {
     pub(crate) null: Fit,
+    /// What forward selection ended with, before over-dispersion made every gain less certain.
+    pub(crate) forward: Fit,
     /// With standard errors.
     pub(crate) best: Fit,
     /// For each cause, in the order of the best fit's effects: the effects tied with it.
@@ -41,26 +43,36 @@ fn forward_selection(
             next.hypothesis.effects.last().is_some_and(|added| shortfall(problem, next, &current, *added) < 0.0)
         };
         let fits = extensions(problem, &current, &Wanted::any(problem), memory);
-        let mut pruned =
-            fits.into_iter().filter(enough).take(constants::pruned_to_the_end()).map(|next| prune(problem, next));
-        let before = penalised_cost(problem, &current);
-        let Some(next) = pruned.find(|next| penalised_cost(problem, next) < before) else { break };
+        let Some(next) = fits.into_iter().find(enough).map(|next| prune(problem, next)) else { break };
+        if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
+            break;
+        }
         current = next;
     }
     current
 }
 
-/// Searches for the causes of the gap. `progress` hears what is being done.
-pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: &dyn Fn(&str)) -> Option<Found> {
+/// Searches for the causes of the gap, from causes found before if there are any. `progress` hears what is being done.
+pub(crate) fn search(
+    problem: &mut Problem<'_>,
+    nominal: &Hypothesis,
+    begin: Option<Hypothesis>,
+    progress: &dyn Fn(&str),
+) -> Option<Found> {
     let mut memory = Memory::default();
     progress("nominal model");
     let null = problem.fit(nominal.clone(), constants::iterations())?;
-    let mut current = forward_selection(problem, null.clone(), constants::most_causes(), &mut memory, progress);
+    let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit));
+    let start = known.unwrap_or_else(|| null.clone());
+    let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
     // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
     // causes.
     if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
         let first: Vec<Fit> = extensions(problem, &null, &Wanted::any(problem), &mut memory);
         for start in first.into_iter().skip(1).take(constants::restarts()) {
+            if problem.effort.millions() > constants::most_effort_open() {
+                break;
+            }
             let other = forward_selection(problem, start, constants::most_causes() - 1, &mut memory, progress);
             if penalised_cost(problem, &other) < penalised_cost(problem, &current) {
                 current = other;
@@ -72,6 +84,7 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     }
     // What no hypothesis explains is over-dispersion: it makes every gain less certain.
     problem.dispersion = problem.dispersion_at(&current);
+    let forward = current.clone();
     let mut pruned = prune(problem, current);
     // After the elimination there is room for further causes.
     if wide_open(problem, &pruned) {
@@ -84,5 +97,5 @@ pub(crate) fn search(problem: &mut Problem<'_>, nominal: &Hypothesis, progress: 
     let (best, alternatives) = drop_uncertain(problem, drop_needless_parts(problem, best), alternatives);
     let without = alternatives.iter().map(|found| found.as_ref().map(|found| found.without.clone())).collect();
     let (ties, losses) = ties(problem, &best, alternatives);
-    Some(Found { null, best, ties, losses, without, tried: memory.tried })
+    Some(Found { null, forward, best, ties, losses, without, tried: memory.tried })
 }

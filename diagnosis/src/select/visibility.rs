@@ -5,7 +5,7 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use plant_model::Effect;
 use plant_model::effects::MAX_PARAMETERS;
-use plant_model::effects::identification::Needs;
+use plant_model::effects::identification::{Balances, Needs};
 use rayon::prelude::*;
 
 /// Those candidates that would change the predictions noticeably, if they were present at a plainly visible strength.
@@ -47,9 +47,11 @@ pub(crate) fn candidates(problem: &Problem<'_>) -> Vec<Effect> {
             let enough = match effect.identification().needs {
                 Needs::Nothing => true,
                 Needs::AnyPressure => has.pressure_a || has.pressure_b,
-                Needs::BothPressures => has.pressure_a && has.pressure_b,
+                Needs::BothPressures => has.pressure_a && has.pressure_b && !has.vented_b,
             };
-            enough && channels & problem.judgeable != 0
+            // What a chamber without air and without a sensor could do.
+            let of_b = Balances::MASS.bits() & channels == Balances::MASS_B.bits();
+            enough && !(has.vented_b && of_b) && channels & problem.judgeable != 0
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use crate::balances::observers::Innovations;
 use crate::constants;
 use crate::data::channel::Channel;
-use crate::estimate::likelihood::{COST_OF_NOISE, trimmed_misfit};
+use crate::estimate::likelihood::{COST_OF_NOISE, misfit};
 use crate::estimate::problem::Problem;
 use crate::outcome::Balance;
 use crate::select::search::Found;
@@ -40,21 +40,17 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
     judged(problem)
         .map(|channel| {
             let index = channel as usize;
-            let settled = innovations[1].channels[index].iter().filter(|e| !e.is_nan()).count();
-            let white = COST_OF_NOISE * (settled / averaged).max(1) as f64;
+            // Of the samples that were judged, however many of the channel are masked.
+            let white = COST_OF_NOISE * (2.0 * problem.noise_cost(channel.bit())).max(1.0);
             let extended_misfit = found.best.channel_cost[index] / white;
-            let slams = if channel == Channel::Position { 0.0 } else { constants::worst_left_out() };
-            let trimmed = trimmed_misfit(&innovations[1].channels[index], averaged, slams);
+            let misfit = misfit(&innovations[1].channels[index], averaged);
             Balance {
                 channel,
                 nominal_misfit: found.null.channel_cost[index] / white,
                 extended_misfit,
                 remaining_dispersion: dispersion[index],
-                closed: trimmed < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
-                    || like_noise(
-                        trimmed_misfit(&innovations[1].channels[index], averaged, constants::worst_left_out()),
-                        dispersion[index],
-                    ),
+                closed: misfit < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
+                    || like_noise(misfit, dispersion[index]),
                 depends_on: Vec::new(),
                 peak: None,
             }

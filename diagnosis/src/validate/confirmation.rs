@@ -3,14 +3,21 @@
 use super::hold_out;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
+use crate::model::hypothesis::Hypothesis;
 use crate::outcome::PerChannel;
+use crate::select::penalty::required_gain;
 use crate::select::search::Found;
 
 /// Whether the causes together, as fitted, lower the misfit of the part of the log that took no part in the fit, and predict it
 /// no worse. By data alone: priors know nothing of that part. True where nothing was held back.
 pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
     let held = problem.held_back();
-    if held.stretches.is_empty() || found.best.hypothesis.effects.is_empty() {
+    let effects = &found.best.hypothesis.effects;
+    if held.stretches.is_empty() || effects.is_empty() {
+        return true;
+    }
+    // Where all causes act only on a part of the stroke that the part held back does not reach, nothing there can tell.
+    if (0..effects.len()).all(|place| needs_no_confirmation(problem, &held, found, place)) {
         return true;
     }
     match (data_cost(&held, &found.null), data_cost(&held, &found.best)) {
@@ -34,12 +41,28 @@ pub(crate) fn confirmed_singly(problem: &Problem<'_>, found: &Found) -> Vec<bool
         return vec![true; found.best.hypothesis.effects.len()];
     }
     let Some(best) = data_cost(&held, &found.best) else { return vec![false; found.without.len()] };
-    let better = |without: &Option<Fit>| {
+    let better = |(place, without): (usize, &Option<Fit>)| {
         without.as_ref().is_none_or(|without| {
             data_cost(&held, without).is_some_and(|cost| best < cost + allowance(without, &found.best))
-        })
+        }) || needs_no_confirmation(problem, &held, found, place)
     };
-    found.without.iter().map(better).collect()
+    found.without.iter().enumerate().map(better).collect()
+}
+
+/// Whether the part held back shows nothing at all of a cause, because that acts on a part of the stroke only, and the rest of
+/// the log leaves no doubt about it.
+fn needs_no_confirmation(problem: &Problem<'_>, held: &Problem<'_>, found: &Found, place: usize) -> bool {
+    let Some(effect) = found.best.hypothesis.effects.get(place).filter(|e| e.identification().acts_locally) else {
+        return false;
+    };
+    let Some(Some(without)) = found.without.get(place) else { return false };
+    let gained = without.cost(problem) - found.best.cost(problem);
+    let same = |hypothesis: Hypothesis| {
+        let cost = held.evaluate_as_is(hypothesis).map(|fit| fit.cost_in(held, held.judgeable));
+        cost.zip(data_cost(held, &found.best)).is_some_and(|(a, b)| (a - b).abs() < 1.0e-6)
+    };
+    gained > constants::beyond_doubt() * required_gain(problem, &found.best, *effect)
+        && same(found.best.hypothesis.without(*effect, &[]))
 }
 
 /// By how much the part held back may be told worse with a cause than without it. A cause for which several nominal values

@@ -12,7 +12,6 @@ use crate::model::parameter::Slot;
 use crate::outcome::{Description, MissingTerm};
 use crate::select::backward;
 use plant_model::Effect;
-use rayon::prelude::*;
 
 /// A hypothesis with terms added.
 pub(crate) struct Extended {
@@ -32,33 +31,17 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
             open.iter().map(|index| out.fit.hypothesis.with_term(*index, problem.terms[*index].channels)).collect();
         let Some(slopes) = problem.jacobian(&out.fit) else { break };
         let scores = problem.scores(&out.fit, &slopes, &candidates);
-        let mut order: Vec<usize> = (0..open.len()).filter(|k| scores[*k] > 0.5 * constants::term_gain()).collect();
-        order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
-        order.truncate(constants::terms_fitted());
-        let best = order
-            .par_iter()
-            .filter_map(|k| {
-                let channels = problem.terms[open[*k]].channels;
-                Some((
-                    open[*k],
-                    problem.fit_and_search(
-                        candidates[*k].clone(),
-                        channels,
-                        constants::term_iterations(),
-                        f64::INFINITY,
-                    )?,
-                ))
-            })
-            .min_by(|(_, a), (_, b)| a.cost(problem).total_cmp(&b.cost(problem)));
-        let Some((index, fit)) = best else { break };
-        let channels = problem.terms[index].channels;
-        let before = out.fit.cost_in(problem, channels);
+        let highest = (0..open.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
+        let Some(k) = highest.filter(|k| scores[*k] > 0.5 * constants::term_gain()) else { break };
+        let channels = problem.terms[open[k]].channels;
+        let fitted = problem.fit_and_search(candidates[k].clone(), channels, constants::iterations(), f64::INFINITY);
+        let Some(fit) = fitted else { break };
         let gained = out.fit.cost(problem) - fit.cost(problem);
-        if gained < constants::term_gain().max(constants::term_share() * before) {
+        if gained < constants::term_gain() {
             break;
         }
         out.fit = fit;
-        out.terms.push(index);
+        out.terms.push(open[k]);
     }
     out
 }

@@ -40,6 +40,22 @@ impl<'a> Comparison<'a> {
         Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
     }
 
+    /// Errors of the second model alone, without what noise makes of them; `None` if no prediction of this length fits into
+    /// what is held back.
+    pub(crate) fn of_extended(&self, horizon_s: f64) -> Option<PerChannel> {
+        let Self { record, extended, .. } = self;
+        let mut errors = Errors::default();
+        for stretch in record.stretches.iter().filter(|s| s.held_back) {
+            for [_, run_in, start, end] in windows(record, stretch, horizon_s) {
+                let predicted = predict(record, extended, &Commands { record, until: run_in }, run_in, start, end);
+                for &at in record.rows_in(start..end) {
+                    errors.add(&[record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]], &predicted[at - start]);
+                }
+            }
+        }
+        (errors.count > 0.0).then(|| errors.rmse())
+    }
+
     /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
     pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
         let Self { record, baseline, extended } = self;
@@ -48,20 +64,20 @@ impl<'a> Comparison<'a> {
         // A fixed seed: the floor of a log is always the same.
         let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
         for stretch in record.stretches.iter().filter(|s| s.held_back) {
-            for [run_in, start, end] in windows(record, stretch, horizon_s) {
-                let history = Commands { record, until: run_in };
+            for [from, run_in, start, end] in windows(record, stretch, horizon_s) {
+                let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
                 let predictions =
                     [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
-                let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[run_in..end].to_vec() };
+                let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[from..end].to_vec() };
                 let rows = record.rows_in(start..end);
                 // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors'
                 // noise, and by what noise and smoothing leave unknown about the initial state. Where the piston sticks,
                 // chance decides much of that.
                 for _ in 0..constants::noise_floor_draws() {
-                    let perfect = as_if(record, extended, &history, run_in..end, &mut noise);
-                    let own = predict(&perfect, &alike, &history, 0, start - run_in, end - run_in);
+                    let perfect = as_if(record, extended, &earlier, from..end, &mut noise);
+                    let own = predict(&perfect, &alike, &history, run_in - from, start - from, end - from);
                     for row in rows {
-                        let at = row - run_in;
+                        let at = row - from;
                         errors[2].add(&[perfect.y_m[at], perfect.p_a_pa[at], perfect.p_b_pa[at]], &own[row - start]);
                     }
                 }
@@ -87,17 +103,21 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Where predictions within a stretch run in, begin and end, all of them in rows and none touching an end stop.
-fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 3]> {
+/// Where the rows of predictions within a stretch are from, where they run in, begin and end, all of them in rows and none
+/// touching an end stop. Smoothing at the run-in's first row reaches back to the first of them, and not as far ahead as the
+/// prediction.
+fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 4]> {
     let interval = record.quality.interval_s.max(1.0e-6);
-    let (run_in, length) = ((constants::run_in_s() / interval) as usize, (horizon_s / interval) as usize);
+    let reach = record.velocity_reach().samples(interval).max(2 * record.pressure_reach().samples(interval));
+    let run_in = ((constants::run_in_s() / interval) as usize).max(reach + 1);
+    let length = (horizon_s / interval) as usize;
     let rows = record.rows_in(stretch.range());
     let mut out = Vec::new();
-    let mut start = run_in;
+    let mut start = reach + run_in;
     while start + length <= rows.len() && length > 1 {
-        let (from, end) = (rows[start - run_in], rows[start + length - 1] + 1);
+        let (from, end) = (rows[start - run_in - reach], rows[start + length - 1] + 1);
         if !record.at_end[from..end].iter().any(|at_end| *at_end) {
-            out.push([from, rows[start], end]);
+            out.push([from, rows[start - run_in], rows[start], end]);
         }
         start += length;
     }
@@ -169,10 +189,9 @@ fn as_if(
     prepare::replaced(record, range, signals)
 }
 
-/// The state at a sample, as far as the sensors determine it.
+/// The state at a sample, as far as the sensors determine it; smoothed over samples on both sides of it.
 fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     let plant = &model.plant;
-    let c = plant.coefficients();
     // A delayed signal shows a value later than it was true.
     let then = record.moment(k, plant.position_delay_s(), 0..record.len());
     let y = plant.true_position_m(then.of(&record.motion.value));
@@ -185,16 +204,7 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     state.p_a_sensed_pa = sensed_a;
     state.p_b_sensed_pa = sensed_b;
     state.p_sup_pa = model.supply_pa[k];
-    let moving = v.abs() > 4.0 * record.velocity_error_m_per_s();
-    let limit = plant.friction_level(&State { v_m_per_s: v, ..state }).force_n / c.stiffness;
-    if moving {
-        state.v_m_per_s = v;
-        state.z_m = limit * v.signum();
-    } else {
-        let force = plant.net_force_n(y, 0.0, p_a, p_b);
-        state.z_m = (force / c.stiffness).clamp(-limit, limit);
-    }
-    state
+    with_motion(record, plant, state, v)
 }
 
 fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
@@ -210,7 +220,8 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
     }
 }
 
-/// Predicts position and pressures, sample by sample, from the state measured at `start`.
+/// Predicts position and pressures, sample by sample from `start` on. The state there is the model's own, run in from `run_in`,
+/// corrected by what the rows before `start` show: no row from there on is used.
 fn predict(
     record: &Record,
     model: &Model,
@@ -220,27 +231,107 @@ fn predict(
     end: usize,
 ) -> Vec<[f64; 3]> {
     let mut simulator = history.then(&model.plant, measured_state(record, model, run_in));
+    let mut behind = [Line::default(); 3];
+    let fitted = record.rows_in(run_in..start);
+    let fitted = &fitted[fitted.len().saturating_sub(restart_rows(record))..];
     for k in run_in..start {
+        if fitted.first().is_some_and(|first| k >= *first) && record.is_row(k) {
+            let m = simulator.measure();
+            let errors = [record.y_m[k] - m.y_m, record.p_a_pa[k] - m.p_a_pa, record.p_b_pa[k] - m.p_b_pa];
+            let before_s = record.t_s[k] - record.t_s[start];
+            behind.iter_mut().zip(errors).for_each(|(line, error)| line.add(before_s, error));
+        }
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
-    // Restart: the spool keeps its simulated state, everything measured is set to the measurement.
-    let kept = *simulator.state();
-    let mut state = measured_state(record, model, start);
-    state.spool_v = kept.spool_v;
-    if !record.available.supply {
-        state.p_sup_pa = kept.p_sup_pa;
-    }
-    simulator.set_state(state);
+    let delay_s = model.plant.position_delay_s();
+    let [(behind_m, drift_m_per_s), behind_a, behind_b] = behind.map(|line| line.at_zero());
+    // What a late position signal still has to tell is extrapolated.
+    let now = [behind_m + drift_m_per_s * delay_s, behind_a.0, behind_b.0];
+    simulator.set_state(corrected(record, model, simulator.state(), (now, drift_m_per_s)));
     let mut out = Vec::with_capacity(end - start);
     for k in start..end {
         let m = simulator.measure();
-        // A late position signal first shows what was there before the restart, which is what was measured.
-        let delay_s = model.plant.position_delay_s();
-        let late = delay_s > 0.0 && record.t_s[k] - record.t_s[start] < delay_s;
-        out.push([if late { record.motion.value[k] } else { m.y_m }, m.p_a_pa, m.p_b_pa]);
+        let since_s = record.t_s[k] - record.t_s[start];
+        // A late position signal first shows what was there before the restart.
+        let late = delay_s > 0.0 && since_s < delay_s;
+        let y_m = if late { m.y_m + behind_m + drift_m_per_s * since_s } else { m.y_m };
+        out.push([y_m, m.p_a_pa, m.p_b_pa]);
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
     out
+}
+
+/// How many rows before a restart tell by how much the model that ran up to it is behind.
+fn restart_rows(record: &Record) -> usize {
+    let rows = constants::restart_s() / record.quality.interval_s.max(1.0e-6);
+    (rows.round() as usize).max(constants::least_restart_rows())
+}
+
+/// The state of a model that ran in, moved by what it is behind of the sensors: position and pressures as shown, and how fast
+/// the position drifts.
+fn corrected(
+    record: &Record,
+    model: &Model,
+    state: &State<f64>,
+    ([y_m, p_a_pa, p_b_pa], drift_m_per_s): ([f64; 3], f64),
+) -> State<f64> {
+    let plant = &model.plant;
+    let truly = |shown_m: f64| plant.true_position_m(shown_m) - plant.true_position_m(0.0);
+    let pressure =
+        |side, shown_pa: f64| plant.pressure_behind_lag_pa(side, shown_pa) - plant.pressure_behind_lag_pa(side, 0.0);
+    let (by_a, by_b) = (pressure(Side::A, p_a_pa), pressure(Side::B, p_b_pa));
+    let mut out = *state;
+    out.y_m += truly(y_m);
+    let v = state.v_m_per_s + truly(drift_m_per_s);
+    (out.p_a_pa, out.p_b_pa) = (state.p_a_pa + by_a, state.p_b_pa + by_b);
+    (out.p_a_sensed_pa, out.p_b_sensed_pa) = (state.p_a_sensed_pa + by_a, state.p_b_sensed_pa + by_b);
+    with_motion(record, plant, out, v)
+}
+
+/// A state with a velocity known as well as the sensor tells it: the bristles of a moving piston are fully bent, those of a
+/// resting one hold the force.
+fn with_motion(record: &Record, plant: &Plant<f64>, mut state: State<f64>, v_m_per_s: f64) -> State<f64> {
+    let moving = v_m_per_s.abs() > constants::rest_sigmas() * record.velocity_error_m_per_s();
+    let limit = plant.friction_level(&State { v_m_per_s, ..state }).force_n / plant.coefficients().stiffness;
+    if moving {
+        state.v_m_per_s = v_m_per_s;
+        state.z_m = limit * v_m_per_s.signum();
+    } else {
+        let force = plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
+        state.v_m_per_s = 0.0;
+        state.z_m = (force / plant.coefficients().stiffness).clamp(-limit, limit);
+    }
+    state
+}
+
+/// A straight line through errors, by least squares.
+#[derive(Clone, Copy, Default)]
+struct Line {
+    count: f64,
+    t: f64,
+    tt: f64,
+    e: f64,
+    te: f64,
+}
+
+impl Line {
+    fn add(&mut self, t_s: f64, error: f64) {
+        self.count += 1.0;
+        self.t += t_s;
+        self.tt += t_s * t_s;
+        self.e += error;
+        self.te += t_s * error;
+    }
+
+    /// Its value at time zero and its slope.
+    fn at_zero(&self) -> (f64, f64) {
+        let spread = self.count * self.tt - self.t * self.t;
+        if spread <= 0.0 {
+            return (self.e / self.count.max(1.0), 0.0);
+        }
+        let slope = (self.count * self.te - self.t * self.e) / spread;
+        ((self.e - slope * self.t) / self.count, slope)
+    }
 }
 
 #[derive(Clone, Copy, Default)]

@@ -4,4 +4,5 @@ pub(crate) mod closure;
 pub(crate) mod confirmation;
 pub(crate) mod foreign_terms;
 pub(crate) mod hold_out;
+pub(crate) mod support;
 pub(crate) mod verdict;

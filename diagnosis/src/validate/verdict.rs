@@ -47,7 +47,9 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let held = explains_excess(problem, found, balances) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
     let confirmed = few && most && held;
-    let superseded = superseded(problem, found);
+    // Only where a name is in reach: the search for such terms takes its time.
+    let in_reach = confirmed && found.best.hypothesis.effects.iter().any(|e| effects::channels(*e) & open == 0);
+    let superseded = if in_reach || open == 0 { superseded(problem, found) } else { Vec::new() };
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
@@ -109,24 +111,21 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
         gained += balance.nominal_misfit - balance.extended_misfit;
         if !like_noise(balance.extended_misfit, balance.remaining_dispersion) {
-            left += (balance.extended_misfit - constants::white_enough()).max(0.0);
+            left += (balance.extended_misfit - constants::like_noise()).max(0.0);
         }
     }
     left == 0.0 || gained > left
 }
 
-/// Whether enough of the gain is misfit beyond noise, or relief of strained nominal values. A model that suppresses
-/// noise, such as a very large volume or mass, lowers the cost below that of white noise.
+/// Whether misfit beyond noise, and strain of nominal values, became less. A model that suppresses noise, such as a very large
+/// volume or mass, lowers the cost below that of white noise: that is no gain.
 fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
     let touched = touched(found);
     let relieved = found.null.prior_cost - found.best.prior_cost;
-    let of = |value: fn(f64) -> f64| -> f64 {
-        let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
-        let gains = acted_on
-            .map(|b| (value(b.nominal_misfit) - value(b.extended_misfit)) * problem.noise_cost(b.channel.bit()));
-        gains.sum::<f64>() + relieved
-    };
-    touched == 0 || of(|misfit| misfit.max(1.0)) >= constants::least_excess() * of(|misfit| misfit)
+    let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
+    let gain =
+        |b: &Balance| (b.nominal_misfit.max(1.0) - b.extended_misfit.max(1.0)) * problem.noise_cost(b.channel.bit());
+    touched == 0 || acted_on.map(gain).sum::<f64>() + relieved >= 0.0
 }
 
 #[cfg(test)]

@@ -126,10 +126,16 @@ impl<R: Real> Iso6358<R> {
         }
         if filling {
             let (mass_flow, by_supply, by_chamber) = iso_flow(conductance, critical, supply, p);
-            Flow { mass_flow, by_chamber, by_supply, opening_exponent }
+            Flow { mass_flow, by_chamber, by_supply, by_distance: R::ZERO, opening_exponent }
         } else {
             let (out, by_chamber, _) = iso_flow(conductance, critical, p, atmosphere);
-            Flow { mass_flow: -out, by_chamber: -by_chamber, by_supply: R::ZERO, opening_exponent }
+            Flow {
+                mass_flow: -out,
+                by_chamber: -by_chamber,
+                by_supply: R::ZERO,
+                by_distance: R::ZERO,
+                opening_exponent,
+            }
         }
     }
 }

@@ -301,6 +301,8 @@ pub struct Identification {
     pub starts_fitted: usize,
     /// The starting values form a grid over several minima: of neighbours only the best counts.
     pub starts_form_a_grid: bool,
+    /// It acts on a part of the stroke, and so perhaps nowhere in a part of a log.
+    pub acts_locally: bool,
     /// Whether its influence has a derivative at the neutral setting. A play or a delay has to be overcome first.
     pub smooth_at_neutral: bool,
     /// It replaces an equation, so that a derivative at neutral says nothing: fitted whenever another effect on the same
@@ -332,6 +334,7 @@ impl Identification {
             length_exponents: [0; MAX_PARAMETERS],
             starts_fitted: 1,
             starts_form_a_grid: false,
+            acts_locally: false,
             smooth_at_neutral: true,
             replaces_a_law: false,
             ordered: None,

@@ -14,6 +14,8 @@ macro_rules! for_each_effect {
             ValveHysteresis => valve_hysteresis,
             FillCoefficient => fill_coefficient,
             ExhaustCoefficient => exhaust_coefficient,
+            LineRestriction => line_restriction,
+            Cushioning => cushioning,
             ChokedFlow => choked_flow,
             SupplyDroop => supply_droop,
             LeakCrossPiston => leak_cross_piston,

@@ -7,7 +7,9 @@ use rig_files::{Log, RigFile, write_file};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
-use synthesis::blind::{Answer, Class, Entry, Nominal, Outcome, Plan, case_lines, markdown, plans, run as run_suite};
+use synthesis::blind::{
+    Answer, Class, Entry, Nominal, Outcome, Plan, case_lines, markdown, plans, plans_hiding, run as run_suite,
+};
 
 /// Hide effects in synthetic logs, diagnose the logs, and score the diagnosis.
 ///
@@ -33,6 +35,9 @@ pub(crate) struct Arguments {
     /// exact, 2%, or both
     #[arg(long, default_value = "both", value_parser = nominal)]
     nominal: Nominals,
+    /// Only cases that hide this effect, alone or with others, by its identifier
+    #[arg(long, value_name = "ID", conflicts_with = "case")]
+    effect: Option<String>,
     /// Cases at the same time; the diagnosis itself may use more threads
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=64))]
     jobs: u16,
@@ -104,8 +109,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut kinds = Vec::new();
     for class in arguments.class.iter().flat_map(|classes| &classes.0) {
         for nominal in &arguments.nominal.0 {
-            kinds.push(plans(*class, *nominal, arguments.logs, seed));
+            kinds.push(match &arguments.effect {
+                None => plans(*class, *nominal, arguments.logs, seed),
+                Some(id) => plans_hiding(id, *class, *nominal, arguments.logs, seed),
+            });
         }
+    }
+    kinds.retain(|kind| !kind.is_empty());
+    if let Some(id) = arguments.effect.as_ref().filter(|_| kinds.is_empty() && arguments.logs > 0) {
+        return Err(CliError::Usage(format!(
+            "--effect: no class asked for hides `{id}`; docs/effects.md lists identifiers"
+        )));
     }
     // In turn, so that a suite cut short has seen as much of every kind.
     let all: Vec<Plan> = (0..arguments.logs).flat_map(|at| kinds.iter().map(move |kind| kind[at])).collect();
@@ -165,6 +179,9 @@ fn reproduce(arguments: &Arguments, seed: u64) -> String {
     let classes: Vec<&str> = arguments.class.iter().flat_map(|classes| &classes.0).map(|class| class.word()).collect();
     if classes.len() < Class::ALL.len() {
         command += &format!(" --class {}", classes.join(","));
+    }
+    if let Some(id) = &arguments.effect {
+        command += &format!(" --effect {id}");
     }
     if let [one] = arguments.nominal.0[..] {
         command += &format!(" --nominal {}", one.word());

@@ -37,6 +37,15 @@ pub(crate) struct Arguments {
     /// What is left of a chamber at its end of the stroke, hoses not included; by default a typical clearance
     #[arg(long, value_name = "CM3")]
     dead_volume: Option<f64>,
+    /// A single-acting cylinder: force of its return spring with the rod in and with the rod out
+    #[arg(long, value_name = "N", num_args = 2, conflicts_with = "through_rod")]
+    spring: Vec<f64>,
+    /// Length of the adjustable cushions at A's and at B's end; one number for both, none for bumpers
+    #[arg(long, value_name = "MM", num_args = 1..=2)]
+    cushion_length: Vec<f64>,
+    /// Sonic conductance of the cushions' needles in l/(s bar); by default a tenth of the valve's exhaust
+    #[arg(long, value_name = "C", requires = "cushion_length")]
+    cushion_conductance: Option<f64>,
     /// Length of the hoses from the valve to A and to B; one number for both, none for a valve on the cylinder
     #[arg(long, value_name = "M", num_args = 1..=2)]
     hose_length: Vec<f64>,
@@ -105,6 +114,12 @@ fn set_up(arguments: &Arguments) -> Result<SetUp, CliError> {
         [a, b] => [a, b],
         _ => [0.0; 2],
     };
+    let cushion_mm = match arguments.cushion_length[..] {
+        [both] => [both; 2],
+        [a, b] => [a, b],
+        _ => [0.0; 2],
+    };
+    let spring_n = <[f64; 2]>::try_from(&arguments.spring[..]).ok();
     let half = 0.5 * stroke_mm;
     let valve = match flow {
         Flow::Type(valve) => valve.title.to_string(),
@@ -112,7 +127,8 @@ fn set_up(arguments: &Arguments) -> Result<SetUp, CliError> {
         Flow::Iso6358 { conductances: [c, _], .. } => format!("a valve of {c} l/(s bar)"),
     };
     let rod = if rod_mm == 0.0 { "rodless".to_string() } else { format!("rod {rod_mm} mm") };
-    let name = format!("Bore {bore_mm} mm, {rod}, stroke {stroke_mm} mm, {mass_kg} kg, behind {valve}");
+    let acting = if spring_n.is_some() { ", single-acting" } else { "" };
+    let name = format!("Bore {bore_mm} mm{acting}, {rod}, stroke {stroke_mm} mm, {mass_kg} kg, behind {valve}");
     Ok(SetUp {
         name: arguments.name.clone().unwrap_or(name),
         bore_mm,
@@ -121,6 +137,9 @@ fn set_up(arguments: &Arguments) -> Result<SetUp, CliError> {
         stroke_mm,
         dead_volume_cm3: arguments.dead_volume,
         mass_kg,
+        spring_n,
+        cushion_mm,
+        needle_l_per_s_bar: arguments.cushion_conductance,
         inclination_deg: arguments.inclination,
         hose_m,
         hose_mm: arguments.hose_diameter,
@@ -207,6 +226,16 @@ fn command_line(set_up: &SetUp) -> String {
     let [a, b] = set_up.hose_m;
     if a > 0.0 || b > 0.0 {
         text += &format!(" --hose-length {a} {b} --hose-diameter {}", set_up.hose_mm);
+    }
+    if let Some([inside, out]) = set_up.spring_n {
+        text += &format!(" --spring {inside} {out}");
+    }
+    let [a, b] = set_up.cushion_mm;
+    if a > 0.0 || b > 0.0 {
+        text += &format!(" --cushion-length {a} {b}");
+    }
+    if let Some(needle) = set_up.needle_l_per_s_bar {
+        text += &format!(" --cushion-conductance {needle}");
     }
     if set_up.inclination_deg != 0.0 {
         text += &format!(" --inclination {}", set_up.inclination_deg);

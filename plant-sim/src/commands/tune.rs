@@ -35,6 +35,13 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let file = super::read_rig(&arguments.rig.rig)?;
+    if file.rig.cylinder.is_single_acting() {
+        return Err(CliError::Usage(
+            "the positioning law needs two driven chambers; a single-acting cylinder is held by the paper's law: \
+             write `law = \"paper\"` and a `gain_v_per_m` in a controller file"
+                .into(),
+        ));
+    }
     let stroke_mm = file.rig.cylinder.stroke_m * 1e3;
     in_range("--lag-ms", arguments.lag_ms.unwrap_or(0.0), 0.0, 1000.0, "ms")?;
     in_range("--move-mm", arguments.move_mm, 0.2, stroke_mm, "mm, up to the stroke")?;

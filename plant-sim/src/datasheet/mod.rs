@@ -26,6 +26,12 @@ pub struct SetUp {
     pub stroke_mm: f64,
     /// Volume that is left in each chamber at its end of the stroke, ports included, hoses not, cm3; `None`: typical.
     pub dead_volume_cm3: Option<f64>,
+    /// Force of the return spring with the rod in and out, N, of a single-acting cylinder.
+    pub spring_n: Option<[f64; 2]>,
+    /// Lengths of the cushions at A's and B's end, mm; 0 for none.
+    pub cushion_mm: [f64; 2],
+    /// Sonic conductance of the cushions' needles, l/(s bar); `None`: typical.
+    pub needle_l_per_s_bar: Option<f64>,
     /// Load with piston and rod, kg.
     pub mass_kg: f64,
     /// Direction of outward motion above the horizontal, degrees.
@@ -82,6 +88,8 @@ const TYPICAL_CLEARANCE_M: f64 = 0.008;
 const TYPICAL_FRICTION: f64 = 0.04;
 /// Presliding distance of lip seals, m: the paper's.
 const PRESLIDING_M: f64 = 46.2e-6;
+/// A cushion's needle as a part of the valve's exhaust: a turn or two open, it lets a tenth pass.
+const TYPICAL_NEEDLE: f64 = 0.1;
 /// Viscous friction by circumference of the bore, N s/m per m: the paper's cylinder of 25 mm.
 const VISCOUS_PER_M: f64 = 46.532 / (PI * 0.025);
 
@@ -105,6 +113,26 @@ impl SetUp {
         range("--inclination", self.inclination_deg, [-90.0, 90.0], "degrees")?;
         if self.rod_mm != 0.0 {
             range("--rod", self.rod_mm, [2.0, 0.8 * self.bore_mm], "mm: a rod is thinner than its bore")?;
+        }
+        if let Some([inside, out]) = self.spring_n {
+            range("--spring", inside, [0.1, 1.0e5], "N with the rod in")?;
+            if out < inside {
+                return Err(format!("--spring {inside} {out}: a return spring presses no less with the rod out"));
+            }
+            let piston_n = self.areas_m2()[0] * self.supply_bar * 1.0e5;
+            if out >= piston_n {
+                return Err(format!(
+                    "--spring {inside} {out}: at {} bar the piston presses with {piston_n:.0} N and would never come out; \
+                     check the unit (N)",
+                    self.supply_bar
+                ));
+            }
+        }
+        for length in self.cushion_mm.into_iter().filter(|length| *length != 0.0) {
+            range("--cushion-length", length, [0.5, 0.5 * self.stroke_mm], "mm: up to half the stroke")?;
+        }
+        if let Some(needle) = self.needle_l_per_s_bar {
+            range("--cushion-conductance", needle, [1.0e-4, 10.0], "l/(s bar)")?;
         }
         for length in self.hose_m.into_iter().filter(|length| *length != 0.0) {
             range("--hose-length", length, [0.01, 50.0], "m")?;
@@ -203,6 +231,7 @@ impl SetUp {
         rig.load.inclination_deg = self.inclination_deg;
         state("load.inclination_deg", "as given".into(), Some(0.02));
         self.friction(&mut rig, &mut state);
+        self.cushions(&mut rig, &mut state);
         let h = &mut rig.hoses;
         for (to, length) in [&mut h.a_length_m, &mut h.b_length_m].into_iter().zip(self.hose_m) {
             *to = length;
@@ -308,6 +337,12 @@ impl SetUp {
         state("cylinder.area_a_m2", bore, None);
         state("cylinder.area_b_m2", with_rod, None);
         state("cylinder.stroke_m", format!("{} mm", self.stroke_mm), None);
+        if let Some([inside, out]) = self.spring_n {
+            c.spring_preload_n = inside;
+            c.spring_n_per_m = rounded((out - inside) / c.stroke_m);
+            state("cylinder.spring_preload_n", format!("{inside} N with the rod in, as given"), Some(0.1));
+            state("cylinder.spring_n_per_m", format!("{out} N with the rod out, as given"), Some(0.1));
+        }
         let (dead, words) = match self.dead_volume_cm3 {
             Some(dead) => ([dead * 1.0e-6; 2], "the dead volume given"),
             None => ([a, b].map(|area| area * TYPICAL_CLEARANCE_M), "a typical clearance of 8 mm with the port"),
@@ -319,6 +354,31 @@ impl SetUp {
             // Half the dead volume may be there or not.
             let tolerance = (0.5 * dead / (swept + dead)).max(0.01);
             state(path, format!("half the stroke and {words}"), Some((tolerance * 100.0).ceil() / 100.0));
+        }
+    }
+
+    fn cushions(&self, rig: &mut Rig<f64>, state: &mut impl FnMut(&'static str, String, Option<f64>)) {
+        let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
+        let v = rig.valve;
+        let [a, b] = [v.exhaust_conductance_a_m3_per_s_pa, v.exhaust_conductance_b_m3_per_s_pa]
+            .map(|exhaust| rounded(self.needle_l_per_s_bar.map_or(TYPICAL_NEEDLE * exhaust, |needle| needle * 1.0e-8)));
+        let c = &mut rig.cushions;
+        let [at_a, at_b] = self.cushion_mm;
+        if at_a > 0.0 {
+            (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa) = (at_a * 1.0e-3, a);
+        }
+        if at_b > 0.0 {
+            (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa) = (at_b * 1.0e-3, b);
+        }
+        for path in ["cushion_a.length_m", "cushion_b.length_m"] {
+            state(path, "as given".into(), Some(0.05));
+        }
+        let (words, tolerance) = match self.needle_l_per_s_bar {
+            Some(needle) => (format!("{needle} l/(s bar), as given"), 0.2),
+            None => ("typical: a tenth of the valve's exhaust; the screw sets it".to_string(), 0.5),
+        };
+        for path in ["cushion_a.conductance_m3_per_s_pa", "cushion_b.conductance_m3_per_s_pa"] {
+            state(path, words.clone(), Some(tolerance));
         }
     }
 
@@ -361,6 +421,9 @@ mod tests {
             dead_volume_cm3: None,
             mass_kg: 4.0,
             inclination_deg: 0.0,
+            spring_n: None,
+            cushion_mm: [0.0, 0.0],
+            needle_l_per_s_bar: None,
             hose_m: [1.0, 0.8],
             hose_mm: 4.0,
             supply_bar: 6.0,
@@ -378,7 +441,9 @@ mod tests {
             Flow::Iso6358 { conductances: [1.4, 1.2], ratios: [0.3, 0.25] },
         ] {
             for (through_rod, hose_m) in [(false, [1.0, 0.8]), (true, [0.0, 0.0])] {
-                let set_up = SetUp { flow, through_rod, hose_m, ..set_up() };
+                let (spring_n, cushion_mm) =
+                    if through_rod { (None, [18.0, 18.0]) } else { (Some([25.0, 45.0]), [0.0; 2]) };
+                let set_up = SetUp { flow, through_rod, hose_m, spring_n, cushion_mm, ..set_up() };
                 let (file, origins) = set_up.rig().unwrap();
                 let text = commented(&file, &origins, &[]);
                 assert_eq!(RigFile::parse(&text, "rig.toml").as_ref(), Ok(&file), "{text}");
@@ -408,5 +473,8 @@ mod tests {
         assert!(refused(SetUp { pressure_bar: [0.0, 4.0], ..set_up() }).contains("supply"));
         assert!(refused(SetUp { supply_bar: 6.0e5, ..set_up() }).contains("bar"));
         assert!(refused(SetUp { hose_mm: 0.004, ..set_up() }).contains("mm inside"));
+        assert!(refused(SetUp { spring_n: Some([45.0, 25.0]), ..set_up() }).contains("no less"));
+        assert!(refused(SetUp { spring_n: Some([25.0, 9000.0]), ..set_up() }).contains("never come out"));
+        assert!(refused(SetUp { cushion_mm: [0.02, 0.0], ..set_up() }).contains("half the stroke"));
     }
 }

@@ -5,7 +5,7 @@ use super::picture::{Scene, balance_name};
 use super::units::{quantity, significant, with_error};
 use super::words::{Errors, errors, headline, how_far, title};
 use crate::charts::{BAR, MM, scaled};
-use diagnosis::{Cause, Channel, Diagnosis};
+use diagnosis::{Cause, Channel, Diagnosis, Standing};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
 use rig_files::{RigFile, Verdict};
 
@@ -51,6 +51,7 @@ pub fn page(diagnosis: &Diagnosis, source: &Source<'_>) -> Page {
         applied.write(&mut page);
     }
     next(&mut page, diagnosis);
+    extension(&mut page, diagnosis);
     calibration(&mut page, diagnosis);
     unjudged(&mut page, diagnosis);
     log_quality(&mut page, diagnosis);
@@ -287,6 +288,30 @@ fn next(page: &mut Page, diagnosis: &Diagnosis) {
         page.section("What to record next");
         page.text(next.clone());
     }
+}
+
+/// What `extended-rig.toml` has beyond the rig file, where that is more than the named causes.
+fn extension(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.extension.iter().all(|effect| effect.standing != Standing::WorkingHypothesis) {
+        return;
+    }
+    page.section("What the extended rig has");
+    let mut table = Table::new(["effect", "stands as", "value", "misfit taken away"]);
+    for effect in &diagnosis.extension {
+        let values =
+            effect.parameters.iter().map(|p| format!("{} {}", p.name, with_error(&p.name, p.value, p.std_error)));
+        table.row([
+            title(&effect.id),
+            effect.standing.words().to_string(),
+            values.collect::<Vec<_>>().join(", "),
+            effect.gain.map_or("not known".to_string(), |gain| format!("{:.0} %", 100.0 * gain)),
+        ]);
+    }
+    page.table(table.caption(
+        "The extended rig is the model that predicts best, not a list of causes: a working hypothesis lowers the error on the \
+         part of the log held back, but something else may be behind it. The last column: the share of the misfit, in the \
+         balances it acts on, that returns there without it.",
+    ));
 }
 
 fn calibration(page: &mut Page, diagnosis: &Diagnosis) {

@@ -1,7 +1,7 @@
 //! The verdict in sentences, for the terminal and the top of the report.
 
 use super::units::{quantity, with_error};
-use diagnosis::{Calibration, Diagnosis, Gain, HoldOut, PerChannel};
+use diagnosis::{Calibration, Diagnosis, Gain, HoldOut, PerChannel, Standing};
 use plant_model::Effect;
 use report_html::Tone;
 use rig_files::Verdict;
@@ -126,6 +126,15 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
     for lead in &diagnosis.leads {
         let _ = writeln!(text, "\nA lead, not a proven cause: {} ({}).", title(&lead.id), lead.id);
         let _ = writeln!(text, "   {}", lead.evidence);
+    }
+    let working = diagnosis.extension.iter().filter(|effect| effect.standing == Standing::WorkingHypothesis);
+    let working: Vec<String> = working.map(|effect| effect.id.clone()).collect();
+    if !working.is_empty() {
+        let _ = writeln!(
+            text,
+            "\nThe extended rig has these working hypotheses, because it predicts better with them: {}.",
+            list(&working)
+        );
     }
     if let Some(description) = &diagnosis.description {
         let words: Vec<&str> = description.terms.iter().map(|term| term.words).collect();

@@ -49,6 +49,7 @@ pub(super) fn flow() -> Figure {
         exhaust: rig.valve.exhaust_coefficient_kg_per_s_pa,
         iso6358: None,
         hose: None,
+        cushion: None,
     };
     let flow = |u: f64, drop: f64| {
         let opening = Opening::at(u);

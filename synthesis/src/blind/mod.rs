@@ -10,7 +10,7 @@ mod score_tests;
 mod tally;
 
 pub use json::JsonError;
-pub use plan::{Class, Nominal, Plan, PlanError, plans};
+pub use plan::{Class, Nominal, Plan, PlanError, plans, plans_hiding};
 pub use report::{case_lines, markdown};
 pub use run::{Diagnose, Entry, run, run_one};
 pub use score::{Answer, Estimate, Holdout, LARGEST_TIE, Named, Outcome, ParameterScore, Score, score};

@@ -160,8 +160,7 @@ impl FromStr for Plan {
 /// effect once, in random order; the seeds are searched so that a seed alone still determines its case.
 #[must_use]
 pub fn plans(class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> Vec<Plan> {
-    let mix = (class as u64) << 8 | nominal as u64;
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(suite_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ mix);
+    let mut rng = suite_rng(class, nominal, suite_seed);
     let mut wanted: Vec<Vec<&'static str>> = Vec::new();
     (0..count)
         .map(|_| {
@@ -181,6 +180,22 @@ pub fn plans(class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> V
             }
         })
         .collect()
+}
+
+/// `count` plans of a class that hide an effect, alone or with others; empty for a class that never hides it.
+#[must_use]
+pub fn plans_hiding(id: &str, class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> Vec<Plan> {
+    if class == Class::Null || !class.singles().iter().any(|which| which.id() == id) {
+        return Vec::new();
+    }
+    let mut rng = suite_rng(class, nominal, suite_seed);
+    let drawn = std::iter::repeat_with(|| Plan { class, nominal, seed: rng.random() });
+    drawn.filter(|plan| plan.which(&mut plan.rng()).iter().any(|which| which.id() == id)).take(count).collect()
+}
+
+fn suite_rng(class: Class, nominal: Nominal, suite_seed: u64) -> Xoshiro256PlusPlus {
+    let mix = (class as u64) << 8 | nominal as u64;
+    Xoshiro256PlusPlus::seed_from_u64(suite_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ mix)
 }
 
 impl Class {
