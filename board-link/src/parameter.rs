@@ -230,6 +230,25 @@ parameters! {
     CushionAConductance = 102: rig.cushion_a_conductance_m3_per_s_pa as "cushion_a_conductance_m3_per_s_pa";
     CushionBLength = 103: rig.cushion_b_length_m as "cushion_b_length_m";
     CushionBConductance = 104: rig.cushion_b_conductance_m3_per_s_pa as "cushion_b_conductance_m3_per_s_pa";
+    ServoAreaB = 105: control.servo_area_b_m2_per_kg;
+    ServoFillB = 106: control.servo_fill_b_m_per_s;
+    ServoExhaustB = 107: control.servo_exhaust_b_m_per_s;
+    ServoRestB = 108: control.servo_rest_b_pa;
+    ServoFillCriticalRatio = 109: control.servo_fill_critical_ratio;
+    ServoExhaustCriticalRatio = 110: control.servo_exhaust_critical_ratio;
+    ServoDelay = 111: control.servo_delay_s;
+    ServoOpening1 = 112: control.servo_opening_1_v;
+    ServoOpening2 = 113: control.servo_opening_2_v;
+    ServoOpening3 = 114: control.servo_opening_3_v;
+    ServoOpening4 = 115: control.servo_opening_4_v;
+    ServoOpening5 = 116: control.servo_opening_5_v;
+    ServoOpening6 = 117: control.servo_opening_6_v;
+    ServoOpening7 = 118: control.servo_opening_7_v;
+    ServoOpening8 = 119: control.servo_opening_8_v;
+    ServoOpening9 = 120: control.servo_opening_9_v;
+    ServoOpening10 = 121: control.servo_opening_10_v;
+    ServoLead = 122: control.servo_lead_s;
+    ServoStickSlip = 123: control.servo_stick_slip;
 }
 
 impl ParameterInfo {

@@ -104,14 +104,15 @@ parameter_table! {
     servo_observer_rad_per_s: f32 = 115.78025, "rad/s", 1.0 => 2_000.0;
     /// Positioning law: how fast the estimated force follows the measured one.
     servo_force_rate_per_s: f32 = 375.0, "1/s", 1.0 => 10_000.0;
-    /// Positioning law: area of the piston over the moving mass, mean of both sides.
+    /// Positioning law: area of the piston on the side of chamber A over the moving mass.
     servo_area_m2_per_kg: f32 = 4.849383e-5, "m2/kg", 1.0e-7 => 1.0;
-    /// Positioning law: volume of chamber A at mid-stroke over the area.
+    /// Positioning law: volume of chamber A at mid-stroke, its hose included, over its area.
     servo_length_a_m: f32 = 0.509165, "m", 1.0e-3 => 3.9;
-    /// Positioning law: volume of chamber B at mid-stroke over the area.
+    /// Positioning law: volume of chamber B at mid-stroke, its hose included, over its area.
     servo_length_b_m: f32 = 0.509165, "m", 1.0e-3 => 3.9;
     /// Positioning law: flow into a chamber, as the speed of a piston that it would follow, for a radian of opening and a
-    /// pressure drop equal to the chamber's pressure: `R T β_fill / A`.
+    /// pressure drop equal to the chamber's pressure: `R T β_fill / A`. With `servo_fill_critical_ratio` for choked flow from a
+    /// supply at the chamber's pressure.
     servo_fill_m_per_s: f32 = 1.190307, "m/s", 1.0e-4 => 60.0;
     /// Positioning law: the same out of a chamber, `R T β_exh / A`.
     servo_exhaust_m_per_s: f32 = 1.538137, "m/s", 1.0e-4 => 60.0;
@@ -123,6 +124,48 @@ parameter_table! {
     servo_supply_pa: f32 = 7.0e5, "Pa", 1.0e3 => 8.0e6;
     /// Positioning law: pressure of the chambers at rest, absolute; used where it is not measured.
     servo_rest_pa: f32 = 3.617551e5, "Pa", 1.0e3 => 8.0e6;
+    /// Positioning law: the same of chamber B, where it is another.
+    servo_rest_b_pa: Option<f32> = None, "Pa", 1.0e3 => 8.0e6;
+    /// Positioning law: area of the piston on the side of chamber B over the moving mass; absent: that of chamber A.
+    servo_area_b_m2_per_kg: Option<f32> = None, "m2/kg", 1.0e-7 => 1.0;
+    /// Positioning law: flow into chamber B, where it is not `servo_fill_m_per_s`.
+    servo_fill_b_m_per_s: Option<f32> = None, "m/s", 1.0e-4 => 60.0;
+    /// Positioning law: flow out of chamber B, where it is not `servo_exhaust_m_per_s`.
+    servo_exhaust_b_m_per_s: Option<f32> = None, "m/s", 1.0e-4 => 60.0;
+    // Below 0.01 no flow tells the ratio from 0.01.
+    /// Positioning law: critical pressure ratio `b` of ISO 6358 of filling, hose included; absent: the paper's linear flow law.
+    servo_fill_critical_ratio: Option<f32> = None, "", 0.01 => 0.9;
+    /// Positioning law: critical pressure ratio `b` of ISO 6358 of exhausting, hose included.
+    servo_exhaust_critical_ratio: Option<f32> = None, "", 0.01 => 0.9;
+    /// Positioning law: effective voltage at which 1/64 of the valve's full flow passes, hoses included; absent: the opening is
+    /// the paper's arc tangent.
+    servo_opening_1_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 1/32 of the full flow passes.
+    servo_opening_2_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 1/16 of the full flow passes.
+    servo_opening_3_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 1/8 of the full flow passes.
+    servo_opening_4_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 1/4 of the full flow passes.
+    servo_opening_5_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 3/8 of the full flow pass.
+    servo_opening_6_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 1/2 of the full flow passes.
+    servo_opening_7_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 3/4 of the full flow pass.
+    servo_opening_8_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which 7/8 of the full flow pass.
+    servo_opening_9_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: effective voltage at which the full flow passes.
+    servo_opening_10_v: Option<f32> = None, "V", 5.0e-3 => 100.0;
+    /// Positioning law: time by which the hoses delay what the valve does.
+    servo_delay_s: f32 = 0.0, "s", 0.0 => 0.1;
+    /// Positioning law: time by which it leads the force that the air's stiffness makes of the motion: delay, lag and a tick where
+    /// there are hoses.
+    servo_lead_s: f32 = 0.0, "s", 0.0 => 0.1;
+    /// Positioning law: whether the piston slips as it breaks away, the static friction being far above the Coulomb friction. Hold
+    /// and stick then judge the velocity by the position alone, and 1.6 times as coarsely.
+    servo_stick_slip: bool = false, "", 0 => 1;
     /// Positioning law: stiffness of the seal's bristles over the moving mass.
     servo_bristle_per_s2: f32 = 4.938272e4, "1/s2", 0.0 => 1.0e9;
     /// Positioning law: viscous friction over the moving mass.

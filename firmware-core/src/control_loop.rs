@@ -91,8 +91,9 @@ impl Setup {
         let monitor_trips = monitor.as_ref().is_some_and(|monitor| monitor.trips);
         let monitor = match monitor {
             None => None,
-            Some(MonitorSetup { plant, parameters, output_delay_ticks, .. }) => {
-                Some(Monitor::for_plant(plant, &parameters, tick_s, output_delay_ticks).map_err(SetupError::Monitor)?)
+            Some(MonitorSetup { plant, parameters: allowed, output_delay_ticks, .. }) => {
+                let monitor = Monitor::for_plant(plant, &allowed, tick_s, output_delay_ticks);
+                Some(monitor.map_err(SetupError::Monitor)?.with_spool_lag(parameters.servo_lag_s))
             }
         };
         Ok(Self { config, monitor, monitor_trips, every: every.max(1) })

@@ -175,6 +175,17 @@ impl Monitor {
         })
     }
 
+    /// The same where the time constant of the valve's spool is known, s. It counts for a rig whose hoses are described:
+    /// there a fast valve moves more air in a millisecond than is allowed, and the delay of the hoses alone does not explain it.
+    /// For the others the allowances were measured without.
+    #[must_use]
+    pub fn with_spool_lag(mut self, lag_s: f32) -> Self {
+        if self.spool_keep == 0.0 && lag_s > 0.0 && self.plant.coefficients().hose_delay_s > 0.0 {
+            self.spool_keep = (-self.tick_s / lag_s).exp();
+        }
+        self
+    }
+
     /// The plant as the monitor knows it: it never changes.
     #[inline]
     #[must_use]

@@ -112,7 +112,8 @@ impl<R: Real> Plant<R> {
     }
 
     /// The plant of a rig that nobody has checked: for figures of a rig, not for motion.
-    pub(crate) fn unchecked(rig: &Rig<R>) -> Self {
+    #[must_use]
+    pub fn unchecked(rig: &Rig<R>) -> Self {
         Self::assemble(rig, Self::nominal(rig), Added::default())
     }
 

@@ -3,14 +3,14 @@
 use crate::document::Document;
 use crate::error::InputError;
 use crate::rig_file::RigFile;
-use crate::tuning::{self, Rule};
+use crate::tuning::{self, Pneumatics, Rule};
 use crate::write::read_text;
 use control::{Config, ConfigError, Key, LawChoice, Parameters, Value};
 use plant_model::Rig;
 use std::path::Path;
 
 /// The parameters that follow from a rig file; [`parameters`] leaves all others at the firmware's defaults.
-pub const FROM_RIG: [Key; 32] = [
+pub const FROM_RIG: [Key; 51] = [
     Key::position_range_m,
     Key::pressure_range_pa,
     Key::adc_bits,
@@ -43,6 +43,25 @@ pub const FROM_RIG: [Key; 32] = [
     Key::servo_viscous_per_s,
     Key::servo_coulomb_m_per_s2,
     Key::servo_lag_s,
+    Key::servo_delay_s,
+    Key::servo_lead_s,
+    Key::servo_stick_slip,
+    Key::servo_area_b_m2_per_kg,
+    Key::servo_fill_b_m_per_s,
+    Key::servo_exhaust_b_m_per_s,
+    Key::servo_rest_b_pa,
+    Key::servo_fill_critical_ratio,
+    Key::servo_exhaust_critical_ratio,
+    Key::servo_opening_1_v,
+    Key::servo_opening_2_v,
+    Key::servo_opening_3_v,
+    Key::servo_opening_4_v,
+    Key::servo_opening_5_v,
+    Key::servo_opening_6_v,
+    Key::servo_opening_7_v,
+    Key::servo_opening_8_v,
+    Key::servo_opening_9_v,
+    Key::servo_opening_10_v,
 ];
 
 /// The parameters for a rig: its converters, its nominal dead zone and limits, and what the positioning law has to know of
@@ -61,30 +80,54 @@ pub fn papers_parameters(rig: &RigFile) -> Parameters {
 /// The positioning law's numbers: the rule's, and the rig's as they stand per moving mass and per area.
 fn positioning(rig: &RigFile, base: Parameters) -> Parameters {
     let lag_s = tuning::lag_s(rig);
-    let rule = Rule::of(&rig.rig, lag_s, rig.io.tick_s());
-    let Rig { gas, supply, cylinder, load, friction, .. } = &rig.rig;
-    let (area, mass) = (cylinder.mean_area_m2(), load.mass_kg);
-    let flow = |coefficient: f64| gas.gas_constant_j_per_kg_k * gas.temperature_k * coefficient / area;
-    let [fill, exhaust] = rig.rig.linear_coefficients_kg_per_s_pa().map(flow);
+    let air = Pneumatics::of(&rig.rig);
+    let rule = Rule::with(&rig.rig, &air, lag_s, rig.io.tick_s());
+    let Rig { gas, supply, load, friction, .. } = &rig.rig;
+    let mass = load.mass_kg;
+    let [area, area_b] = air.areas_m2;
+    let flow = |coefficients: [f64; 2], n: usize| {
+        gas.gas_constant_j_per_kg_k * gas.temperature_k * coefficients[n] / air.areas_m2[n]
+    };
     // A rig beyond the ranges gets their ends: the configuration, not this function, refuses.
     let within = |key: Key, value: f64| value.clamp(key.row().limits.low, key.row().limits.high) as f32;
+    let on_side_b = |key: Key, [a, b]: [f64; 2]| (a != b).then(|| within(key, b));
+    let knot = |n: usize| air.opening_v.map(|volts| within(Key::servo_opening_1_v, volts[n]));
     Parameters {
         // The positioning law moves the force by two driven chambers.
-        law: if cylinder.is_single_acting() { LawChoice::Paper } else { LawChoice::Servo },
+        law: if rig.rig.cylinder.is_single_acting() { LawChoice::Paper } else { LawChoice::Servo },
         servo_speed_m_per_s: within(Key::servo_speed_m_per_s, rule.speed),
         servo_acceleration_m_per_s2: within(Key::servo_acceleration_m_per_s2, rule.acceleration),
         servo_jerk_m_per_s3: within(Key::servo_jerk_m_per_s3, rule.jerk),
         servo_bandwidth_rad_per_s: within(Key::servo_bandwidth_rad_per_s, rule.law_w),
         servo_observer_rad_per_s: within(Key::servo_observer_rad_per_s, rule.observer_w),
         servo_area_m2_per_kg: within(Key::servo_area_m2_per_kg, area / mass),
-        servo_length_a_m: within(Key::servo_length_a_m, cylinder.volume_a0_m3 / area),
-        servo_length_b_m: within(Key::servo_length_b_m, cylinder.volume_b0_m3 / area),
-        servo_fill_m_per_s: within(Key::servo_fill_m_per_s, fill),
-        servo_exhaust_m_per_s: within(Key::servo_exhaust_m_per_s, exhaust),
+        servo_length_a_m: within(Key::servo_length_a_m, air.volumes_m3[0] / area),
+        servo_length_b_m: within(Key::servo_length_b_m, air.volumes_m3[1] / area_b),
+        servo_fill_m_per_s: within(Key::servo_fill_m_per_s, flow(air.fill, 0)),
+        servo_exhaust_m_per_s: within(Key::servo_exhaust_m_per_s, flow(air.exhaust, 0)),
+        servo_area_b_m2_per_kg: on_side_b(Key::servo_area_b_m2_per_kg, [area, area_b].map(|area| area / mass)),
+        servo_fill_b_m_per_s: on_side_b(Key::servo_fill_b_m_per_s, [0, 1].map(|n| flow(air.fill, n))),
+        servo_exhaust_b_m_per_s: on_side_b(Key::servo_exhaust_b_m_per_s, [0, 1].map(|n| flow(air.exhaust, n))),
+        servo_rest_b_pa: on_side_b(Key::servo_rest_b_pa, air.rest_pa),
+        servo_fill_critical_ratio: air.critical.map(|[b, _]| within(Key::servo_fill_critical_ratio, b)),
+        servo_exhaust_critical_ratio: air.critical.map(|[_, b]| within(Key::servo_exhaust_critical_ratio, b)),
+        servo_opening_1_v: knot(0),
+        servo_opening_2_v: knot(1),
+        servo_opening_3_v: knot(2),
+        servo_opening_4_v: knot(3),
+        servo_opening_5_v: knot(4),
+        servo_opening_6_v: knot(5),
+        servo_opening_7_v: knot(6),
+        servo_opening_8_v: knot(7),
+        servo_opening_9_v: knot(8),
+        servo_opening_10_v: knot(9),
+        servo_lead_s: within(Key::servo_lead_s, rule.lead_s),
+        servo_stick_slip: tuning::stick_slip(&rig.rig),
+        servo_delay_s: within(Key::servo_delay_s, air.delay_s),
         servo_heat_capacity_ratio: within(Key::servo_heat_capacity_ratio, gas.heat_capacity_ratio),
         servo_atmosphere_pa: within(Key::servo_atmosphere_pa, supply.atmosphere_pa),
         servo_supply_pa: within(Key::servo_supply_pa, supply.pressure_pa),
-        servo_rest_pa: within(Key::servo_rest_pa, rig.rig.equilibrium_pressure_pa()),
+        servo_rest_pa: within(Key::servo_rest_pa, air.rest_pa[0]),
         servo_bristle_per_s2: within(Key::servo_bristle_per_s2, friction.stiffness_n_per_m / mass),
         servo_viscous_per_s: within(Key::servo_viscous_per_s, friction.viscous_n_s_per_m / mass),
         servo_coulomb_m_per_s2: within(Key::servo_coulomb_m_per_s2, friction.coulomb_n / mass),
@@ -228,7 +271,14 @@ mod tests {
         (rig.rig.supply.pressure_pa, rig.rig.supply.atmosphere_pa) = (6.0e5, 0.9e5);
         rig.effects.set(plant_model::Effect::ValveLag, &[2.0e-3]);
         (rig.rig.gas.heat_capacity_ratio, rig.rig.load.mass_kg) = (1.3, 5.0);
-        rig.rig.cylinder.set_area_m2(1.0e-3);
+        (rig.rig.cylinder.area_a_m2, rig.rig.cylinder.area_b_m2) = (1.0e-3, 0.8e-3);
+        let valve = &mut rig.rig.valve;
+        (valve.fill_coefficient_kg_per_s_pa, valve.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
+        (valve.fill_conductance_a_m3_per_s_pa, valve.fill_conductance_b_m3_per_s_pa) = (1.0e-8, 1.1e-8);
+        (valve.exhaust_conductance_a_m3_per_s_pa, valve.exhaust_conductance_b_m3_per_s_pa) = (1.0e-8, 1.1e-8);
+        (valve.fill_critical_ratio_a, valve.fill_critical_ratio_b) = (0.3, 0.3);
+        (valve.exhaust_critical_ratio_a, valve.exhaust_critical_ratio_b) = (0.3, 0.3);
+        (rig.rig.hoses.a_length_m, rig.rig.hoses.a_diameter_m) = (1.0, 4.0e-3);
         (rig.rig.friction.stiffness_n_per_m, rig.rig.friction.coulomb_n) = (1.0e5, 20.0);
         let valve = &mut rig.rig.valve;
         (valve.dead_zone_right_v, valve.dead_zone_left_v, valve.max_voltage_v) = (0.3, -0.2, 4.0);

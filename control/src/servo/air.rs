@@ -1,34 +1,64 @@
 //! What the air in both chambers does at one instant.
 //!
 //! ```text
-//! K / M = γ (f_a / (l_a + y) + f_b / (l_b − y))                                    f = A p / M, per moving mass
-//! G / M = γ (c_fill (f_sup − f_a) / (l_a + y) + c_exh (f_b − f_atm) / (l_b − y))   c = R T β / A,  l = V_0 / A
+//! K / M  = γ (f_a / (l_a + y) + f_b / (l_b − y))                              f = A p / M, per moving mass
+//! G₊ / M = γ (c_fill (f_sup ⊳ f_a) / (l_a + y) + c_exh (f_b ⊳ f_atm) / (l_b − y))   c = R T β / A,  l = V_0 / A
 //! ```
+//!
+//! each with the area of its chamber. `up ⊳ down` is the difference in the paper's flow law, and by ISO 6358
+//! `up ψ(down / up) = sqrt(up² − x²)` with `x = (down − b up) / (1 − b)`, which counts only where it is positive: one root, no quotient.
 
-use super::factor::{Factor, Share, quotient};
-use super::{Acceleration, Jerk, Stiffness};
-use crate::arithmetic::{limit, multiply, saturate};
+use super::factor::{Factor, Share, quotient, root_of_product};
+use super::{Acceleration, Jerk, Ratio, Stiffness};
+use crate::arithmetic::{limit, multiply, product, saturate};
 use crate::quantities::{Position, Pressure, Velocity};
 
 /// Constants of the chambers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chambers {
-    /// Force of a pressure, `A / M`.
-    pub(crate) per_pa: Factor<Pressure, Acceleration>,
+    /// Force of a pressure on either side, `A / M`.
+    pub(crate) per_pa: [Factor<Pressure, Acceleration>; 2],
+    /// Area of chamber B over that of A.
+    pub(crate) ratio: Ratio,
     /// How fast stiffness and slopes follow the measured pressures, per tick.
     pub(crate) follow: Share<Acceleration, Acceleration>,
     /// Volumes at mid-stroke over the area, `l_a` and `l_b`.
     pub(crate) lengths: [Position; 2],
-    /// `γ c_fill` and `γ c_exh`, for one radian of opening.
-    pub(crate) flow: [Velocity; 2],
+    /// `γ c_fill` and `γ c_exh` of chamber A and B, for one radian of opening.
+    pub(crate) flow: [[Velocity; 2]; 2],
+    /// The critical ratios of filling and exhausting, where the valve follows ISO 6358.
+    pub(crate) critical: Option<[Critical; 2]>,
     /// `γ` with 24 fractional bits.
     pub(crate) gamma_q24: i32,
-    /// Force of the atmosphere.
-    pub(crate) atmosphere: Acceleration,
+    /// Force of the atmosphere on either side.
+    pub(crate) atmosphere: [Acceleration; 2],
     /// Force of the nominal supply, where it is not measured.
     pub(crate) nominal_supply: Acceleration,
-    /// Force of a chamber at rest, where it is not measured.
-    pub(crate) rest: Acceleration,
+    /// Forces of the chambers at rest, where they are not measured.
+    pub(crate) rest: [Acceleration; 2],
+}
+
+/// A path of ISO 6358: `x` is `down / (1 − b) − up b / (1 − b)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Critical {
+    /// `1 / (1 − b)`.
+    pub(crate) down: Factor<Acceleration, Acceleration>,
+    /// `b / (1 − b)`.
+    pub(crate) up: Factor<Acceleration, Acceleration>,
+}
+
+impl Critical {
+    /// What drives the flow from one pressure to a lower one.
+    #[inline]
+    fn drive(&self, up: Acceleration, down: Acceleration) -> Acceleration {
+        let x = self.down.of(down).saturating_sub(self.up.of(up));
+        if x <= 0 {
+            return up;
+        }
+        let (less, more) = (up.saturating_sub(x).max(Acceleration::ZERO), up.saturating_add(x));
+        let root = root_of_product(less.to_bits().unsigned_abs(), more.to_bits().unsigned_abs());
+        Acceleration::from_bits(saturate(i64::from(root)))
+    }
 }
 
 /// The air at this tick: how the force answers to the valve and to motion.
@@ -43,7 +73,20 @@ pub(crate) struct Air {
 }
 
 impl Chambers {
-    /// The forces of chamber A, chamber B and supply, with those that are not measured from the modelled force.
+    /// Force of both chambers at rest, where neither is measured.
+    #[inline]
+    pub(crate) fn rest_force(&self) -> Acceleration {
+        let [a, b] = self.rest;
+        a.saturating_sub(b)
+    }
+
+    /// Force of the supply on the side of chamber B.
+    #[inline]
+    fn on_side_b(&self, supply: Acceleration) -> Acceleration {
+        if self.ratio == Ratio::ONE { supply } else { product(supply, self.ratio) }
+    }
+
+    /// The forces of chamber A, chamber B and supply, the last on the side of chamber A, with those that are not measured from the modelled force.
     #[inline]
     pub(crate) fn complete(
         &self,
@@ -51,15 +94,21 @@ impl Chambers {
         supply: Acceleration,
         force: Acceleration,
     ) -> [Acceleration; 3] {
-        let half = Acceleration::from_bits(force.to_bits() / 2);
+        let half = Acceleration::from_bits(force.saturating_sub(self.rest_force()).to_bits() / 2);
         let [a, b] = match (f_a, f_b) {
             (Some(a), Some(b)) => [a, b],
             (Some(a), None) => [a, a.saturating_sub(force)],
             (None, Some(b)) => [b.saturating_add(force), b],
-            (None, None) => [self.rest.saturating_add(half), self.rest.saturating_sub(half)],
+            (None, None) => {
+                let [a, b] = self.rest;
+                [a.saturating_add(half), b.saturating_sub(half)]
+            }
         };
-        let inside = |f: Acceleration| limit(f, self.atmosphere, supply.max(self.atmosphere));
-        [inside(a), inside(b), supply]
+        let inside = |f: Acceleration, supply: Acceleration, atmosphere: Acceleration| {
+            limit(f, atmosphere, supply.max(atmosphere))
+        };
+        let [atmosphere_a, atmosphere_b] = self.atmosphere;
+        [inside(a, supply, atmosphere_a), inside(b, self.on_side_b(supply), atmosphere_b), supply]
     }
 
     /// At a position, with the forces of chamber A, chamber B and supply.
@@ -68,23 +117,29 @@ impl Chambers {
         let [l_a, l_b] = self.lengths;
         let per_a = per_length(l_a.saturating_add(y), l_a);
         let per_b = per_length(l_b.saturating_sub(y), l_b);
+        let supplies = [f_sup, self.on_side_b(f_sup)];
+        let drive = |up: Acceleration, down: Acceleration, path: usize| match &self.critical {
+            None => up.saturating_sub(down),
+            Some(paths) => paths[path].drive(up, down),
+        };
         // A tenth of the way to equal pressures no valve is; the estimate of a full chamber must not close it.
-        let small = Acceleration::from_bits(multiply(f_sup.to_bits(), const { (0.03 * 65536.0) as i32 }, 16));
-        let slope = |fill: Acceleration, per_fill: i32, exhaust: Acceleration, per_exhaust: i32| {
-            let share = |drive: Acceleration, per: i32, flow: Velocity| {
-                i64::from(multiply(drive.max(small).to_bits(), per, 28)) * i64::from(flow.to_bits())
-            };
-            let [c_fill, c_exhaust] = self.flow;
-            let fill = share(f_sup.saturating_sub(fill), per_fill, c_fill);
-            let exhaust = share(exhaust.saturating_sub(self.atmosphere), per_exhaust, c_exhaust);
+        let part = const { (0.03 * 65536.0) as i32 };
+        let small = supplies.map(|supply| Acceleration::from_bits(multiply(supply.to_bits(), part, 16)));
+        let share = |drive: Acceleration, per: i32, side: usize, path: usize| {
+            i64::from(multiply(drive.max(small[side]).to_bits(), per, 28)) * i64::from(self.flow[side][path].to_bits())
+        };
+        let (forces, per) = ([f_a, f_b], [per_a, per_b]);
+        let slope = |fills: usize, empties: usize| {
+            let fill = share(drive(supplies[fills], forces[fills], 0), per[fills], fills, 0);
+            let exhaust = share(drive(forces[empties], self.atmosphere[empties], 1), per[empties], empties, 1);
             // Both below 2^62, and positive.
             Jerk::from_bits(saturate((fill >> 24) + (exhaust >> 24)).max(1))
         };
         let [k_a, k_b] = [(f_a, per_a), (f_b, per_b)].map(|(f, per)| multiply(f.to_bits(), per, 28));
         Air {
             stiffness: Stiffness::from_bits(multiply(k_a.saturating_add(k_b).max(0), self.gamma_q24, 24)),
-            slope_fill_a: slope(f_a, per_a, f_b, per_b),
-            slope_fill_b: slope(f_b, per_b, f_a, per_a),
+            slope_fill_a: slope(0, 1),
+            slope_fill_b: slope(1, 0),
         }
     }
 }

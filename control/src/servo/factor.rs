@@ -156,6 +156,20 @@ pub(crate) fn root_q26(n: u32) -> u32 {
     ((root << 14).wrapping_add_signed((rest << 13) / root as i32)) >> (1 + zeros / 2)
 }
 
+/// `sqrt(a · b)` to 2^-13.
+#[inline]
+pub(crate) fn root_of_product(a: u32, b: u32) -> u32 {
+    if a == 0 || b == 0 {
+        return 0;
+    }
+    // Each is brought to 16 bits; together by an even number of places.
+    let (mut by_a, by_b) = (16 - a.leading_zeros() as i32, 16 - b.leading_zeros() as i32);
+    by_a += (by_a + by_b) & 1;
+    let to = |x: u32, by: i32| if by < 0 { x << -by } else { x >> by };
+    let root = (to(a, by_a) * to(b, by_b)).isqrt();
+    to(root, -((by_a + by_b) / 2))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -201,6 +215,12 @@ mod tests {
             let exact = exact.clamp(f64::from(i32::MIN), f64::from(i32::MAX));
             let found = f64::from(quotient(n, d, bits));
             prop_assert!((found - exact).abs() <= exact.abs() * f64::exp2(-26.0) + 1.0, "{found} against {exact}");
+        }
+
+        #[test]
+        fn roots_of_products_are_right_to_a_part_in_2_to_13(a in any::<u32>(), b in any::<u32>()) {
+            let exact = (f64::from(a) * f64::from(b)).sqrt();
+            prop_assert!((f64::from(root_of_product(a, b)) - exact).abs() <= exact * f64::exp2(-13.0) + 1.0);
         }
 
         #[test]

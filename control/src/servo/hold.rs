@@ -31,6 +31,8 @@ pub(crate) struct HoldLimits {
     pub(crate) drift: Acceleration,
     /// Rate of force of a pulse.
     pub(crate) pulse: Jerk,
+    /// Whether a drift towards the middle is kept.
+    pub(crate) inwards: bool,
 }
 
 /// The weight of a new value, for each quantity that is averaged.
@@ -117,8 +119,11 @@ impl Hold {
     /// of what friction holds. Drift towards the middle only holds the piston safer.
     #[inline]
     pub(crate) fn restoring_rate(&mut self, limits: &HoldLimits) -> Jerk {
-        let drift = self.force.saturating_sub(self.mean.force);
         let off_middle = self.mean.force.saturating_add(self.load);
+        if limits.inwards && off_middle.saturating_abs() < self.force.saturating_add(self.load).saturating_abs() {
+            self.force = self.mean.force;
+        }
+        let drift = self.force.saturating_sub(self.mean.force);
         let outward = (drift > 0 && off_middle < 0) || (drift < 0 && off_middle > 0);
         if outward && drift.saturating_abs() > limits.drift {
             self.pulse = if drift > 0 { 1 } else { -1 };

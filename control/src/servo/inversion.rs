@@ -1,7 +1,7 @@
-//! Inversion of the valve: from the rate of force asked for to the command, through flow, arc tangent and dead zone.
+//! Inversion of the valve: from the rate of force asked for to the command, through flow, opening and dead zone.
 
 use super::air::Air;
-use super::angle::{angle, effective_voltage};
+use super::opening::Opening;
 use super::{Angle, Jerk, Ratio};
 use crate::arithmetic::{limit, product};
 use crate::quantities::Voltage;
@@ -26,6 +26,8 @@ pub(crate) struct Valve {
     pub(crate) per_blend: I16F16,
     /// Nominal half-widths of the dead zone, to the right and to the left.
     pub(crate) zones: [Voltage; 2],
+    /// How far it is open behind them.
+    pub(crate) opening: Opening,
 }
 
 /// The valve as learned, one value for each side: filling A (right), filling B (left).
@@ -69,13 +71,13 @@ impl Valve {
         let [right, left] = model.zones;
         let least_slope = self.slopes[0].min(self.slopes[1]);
         let beyond = self.most.saturating_sub(right.max(left)).max(Voltage::ZERO);
-        angle(product(beyond, least_slope))
+        self.opening.angle(product(beyond, least_slope))
     }
 
     /// The command for an angle, and its effective voltage.
     #[inline]
     pub(crate) fn command(&self, model: &ValveModel, theta: Angle) -> [Voltage; 2] {
-        let w = effective_voltage(theta);
+        let w = self.opening.voltage(theta);
         let side = usize::from(theta < 0);
         let size = theta.saturating_abs();
         let mut zone = model.zones[side];

@@ -40,7 +40,13 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
         && state.motion.v.saturating_abs() < tuning.standing
         && followed.motion.v == 0;
-    let now = Means { error: target.saturating_sub(estimate.y), v: estimate.v, force: estimate.force };
+    let error = target.saturating_sub(estimate.y);
+    // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
+    let v = match &tuning.slipping {
+        Some(rate) => rate.of(state.hold.mean.error.saturating_sub(error)),
+        None => estimate.v,
+    };
+    let now = Means { error, v, force: estimate.force };
     if state.hold.decide(target, resting, now, estimate.disturbance, (&tuning.hold, caution)) {
         state.stick = Stick::default();
         let rate = state.hold.restoring_rate(&tuning.hold);
@@ -67,7 +73,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
         + gains.v.wide(reference.v.saturating_sub(estimate.v))
         + gains.y.wide(reference.position().saturating_sub(estimate.y));
-    let by_motion: Jerk = product(air.stiffness, estimate.v);
+    let by_motion: Jerk = product(air.stiffness, estimate.v.saturating_add(tuning.lead.of(reference.a)));
     let mass = state.body.mass;
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);
     let slope = state.valve.slope(rate >= 0, air);

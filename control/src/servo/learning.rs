@@ -114,27 +114,25 @@ pub(crate) fn learn_valve(
         let change = product(Ratio::from_bits(part), *gain);
         *gain = limit(gain.saturating_add(rates.gain.of(change)), GAIN_BOUNDS[0], GAIN_BOUNDS[1]);
     } else if w.saturating_abs() < ZONE && theta != 0 {
-        // The voltage that makes up the wrong rate: dw = dθ (1 + 4 w²) / 2, and 1 / slope behind the dead zone.
+        // The voltage that makes up the wrong rate, and 1 / slope behind the dead zone.
         let radians = quotient(outward, slope.to_bits().unsigned_abs(), 24);
-        let half = 1 << 23;
-        let stretch = half + multiply(w.to_bits(), w.to_bits(), 23);
-        let volts = Voltage::from_bits(multiply(radians, stretch, 24));
+        let volts = valve.opening.volts_of(w, radians);
         let [least, most] = rates.zone_bounds[side];
         let zone = &mut model.zones[side];
         *zone = limit(zone.saturating_sub(rates.zone.of(product(volts, valve.per_slopes[side]))), least, most);
     }
 }
 
-/// Friction and mass, from what the disturbance of one tick shows.
+/// Friction and mass, from what the disturbance of one tick shows beyond the known load.
 #[inline]
-pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, rates: &LearningRates) {
+pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, load: Acceleration, rates: &LearningRates) {
     if estimate.v.saturating_abs() < SLIDING {
         return;
     }
     let forwards = estimate.v > 0;
     let along = |x: Acceleration| if forwards { x } else { x.saturating_neg() };
     // In parts of the nominal Coulomb friction, along the motion: parts have 16 fractional bits.
-    let wrong = along(estimate.disturbance).saturating_neg();
+    let wrong = along(estimate.disturbance.saturating_sub(load)).saturating_neg();
     let viscous = along(rates.viscous_part.of(estimate.v));
     let inert = along(rates.inertia_part.of(estimate.a));
     let over_square = |x: Acceleration, one: i32| {

@@ -25,25 +25,29 @@
 
 mod air;
 mod angle;
+mod delay;
 mod factor;
 pub mod hold;
 pub mod inversion;
 mod law;
 pub mod learning;
 pub mod observer;
+mod opening;
 pub mod reference;
 pub mod stick;
 pub mod stream;
 mod tuning;
 
-use crate::arithmetic::multiply;
+use crate::arithmetic::{limit, multiply};
 use crate::quantities::{Position, Pressure, Voltage};
+use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use hold::Hold;
 use inversion::ValveModel;
 use learning::Lag;
 use observer::{Body, Estimate};
+pub use opening::{OPENING_KNOTS, OPENING_STEP_V};
 use reference::Motion;
 use stick::Stick;
 use stream::Stream;
@@ -84,7 +88,7 @@ impl Tick {
     }
 }
 
-/// By how much more coarsely hold and stick judge a noisy position, 1 to 4, 24 fractional bits.
+/// By how much more coarsely hold and stick judge a noisy position or a slipping piston, 1 to 4, 24 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Caution(i32);
 
@@ -125,6 +129,7 @@ pub struct ServoState {
     stick: Stick,
     noise: Micrometres,
     acting: Voltage,
+    delay: Delay,
     forces: [Acceleration; 3],
     /// Whether anything was learned since power-on.
     learned: bool,
@@ -152,6 +157,7 @@ impl ServoState {
             motion: at_rest,
             stream: Stream::at(target),
             acting: centre,
+            delay: Delay::of(centre),
             forces,
             valve: self.valve,
             body: self.body,
@@ -169,11 +175,12 @@ impl Tuning {
     #[inline(never)]
     pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
         let chambers = &self.chambers;
-        let force_of = |pressure: Pressure| chambers.per_pa.of(pressure);
-        let [f_a, f_b] = read.chambers.map(|pressure| pressure.map(force_of));
+        let [per_pa_a, per_pa_b] = chambers.per_pa;
+        let [p_a, p_b] = read.chambers;
+        let (f_a, f_b) = (p_a.map(|p| per_pa_a.of(p)), p_b.map(|p| per_pa_b.of(p)));
         let measured = f_a.zip(f_b).map(|(f_a, f_b)| f_a.saturating_sub(f_b));
-        let supply = read.supply.map_or(chambers.nominal_supply, force_of);
-        let force = if begin { Acceleration::ZERO } else { state.estimate.force };
+        let supply = read.supply.map_or(chambers.nominal_supply, |p| per_pa_a.of(p));
+        let force = if begin { chambers.rest_force() } else { state.estimate.force };
         let forces = chambers.complete([f_a, f_b], supply, force);
         if begin {
             state.begin(self, target, read.y, measured.unwrap_or(force), forces);
@@ -185,7 +192,7 @@ impl Tuning {
         let innovation = state.estimate.correct(read.y, measured, &self.observer);
         let valve = (&self.valve, &state.valve);
         let opening = state.estimate.predict(
-            state.acting,
+            state.delay.after(state.acting, self.delay_ticks),
             &air,
             valve,
             (state.lag.ticks, &state.body),
@@ -197,7 +204,8 @@ impl Tuning {
             let slope = state.valve.slope(opening.theta >= 0, &air);
             state.lag.learn(wrong, opening.theta, slope, &self.learning);
             learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
-            learning::learn_body(&mut state.body, &mut state.estimate, &self.learning);
+            let load = chambers.rest_force().saturating_neg();
+            learning::learn_body(&mut state.body, &mut state.estimate, load, &self.learning);
         } else {
             state.estimate.unseen_force(&self.observer);
         }
@@ -211,7 +219,7 @@ impl Tuning {
     /// A noisier position is judged more coarsely.
     #[inline]
     fn caution(&self, noise: Micrometres) -> Caution {
-        Caution(self.caution_of.of(noise).to_bits().clamp(1 << 24, 4 << 24))
+        Caution(limit(self.caution_of.of(noise).to_bits(), self.least_caution, 4 << 24))
     }
 }
 

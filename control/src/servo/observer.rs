@@ -4,7 +4,6 @@
 //! predicts is what the valve will find. The difference to the samples corrects it.
 
 use super::air::Air;
-use super::angle::angle;
 use super::factor::{Factor, Share, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
@@ -136,7 +135,7 @@ impl Estimate {
         let mean = u.saturating_add(product(distance, spool.mean));
         self.spool = u.saturating_add(product(distance, spool.keeps));
         let w = valve.effective(model, mean);
-        let theta = angle(w);
+        let theta = valve.opening.angle(w);
         let slope = model.slope(theta >= 0, air);
         let by_valve: Jerk = product(slope, theta);
         let by_motion = product(air.stiffness, self.v);

@@ -2,13 +2,15 @@
 //!
 //! What the rig decides stands in the table of parameters. What is the same for every rig stands here.
 
-use super::air::Chambers;
+use super::air::{Chambers, Critical};
+use super::delay;
 use super::factor::{Factor, Share};
 use super::hold::{HoldLimits, Weights};
 use super::inversion::Valve;
 use super::law::LawGains;
 use super::learning::LearningRates;
 use super::observer::{Body, ObserverGains};
+use super::opening::{OPENING_KNOTS, OPENING_STEP_V, Opening};
 use super::reference::Limits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
@@ -26,6 +28,9 @@ const PRESSURE_RATE: f64 = 250.0;
 const NOISE_RATE: f64 = 3.0;
 /// Noise of a position code up to which hold and stick judge without caution, um.
 const QUIET_UM: f64 = 30.0;
+/// By how much more coarsely hold and stick judge where the piston slips as it breaks away. On the four catalogue rigs some
+/// moves never end with 1.4, and rest up to 0.13 mm off with 1.8.
+const SLIPPING: f64 = 1.6;
 /// Bandwidth with which the derivatives of a streamed target follow, rad/s.
 const STREAM_BANDWIDTH: f64 = 150.0;
 /// The same of its jerk: one fifth, for it is the third derivative of a target that may come in codes.
@@ -109,6 +114,14 @@ pub struct Tuning {
     pub(super) body: Body,
     /// Lag before any was learned.
     pub(super) lag: Ticks,
+    /// Delay of the command by the hoses.
+    pub(super) delay_ticks: u8,
+    /// From the reference's acceleration to what the velocity will have changed by when the valve acts.
+    pub(super) lead: Factor<Acceleration, Velocity>,
+    /// Of a piston that slips as it breaks away: from the error's distance to its mean to the velocity.
+    pub(super) slipping: Option<Factor<Position, Velocity>>,
+    /// The least caution.
+    pub(super) least_caution: i32,
     /// From an innovation of the position to the noise it shows.
     pub(super) noise_of: Factor<Position, Micrometres>,
     /// How fast that is learned, per tick.
@@ -152,15 +165,26 @@ impl Tuning {
              acceleration in a tick or a millisecond (metres per second cubed)",
         )?;
         demand(w_o * t <= 0.5, Key::servo_observer_rad_per_s, w_o, "be at most half of tick_hz (radians per second)")?;
-        let per_mass = f64::from(p.servo_area_m2_per_kg);
+        let per_mass =
+            [p.servo_area_m2_per_kg, p.servo_area_b_m2_per_kg.unwrap_or(p.servo_area_m2_per_kg)].map(f64::from);
         let highest = f64::from(p.pressure_range_pa[1]).max(f64::from(p.servo_supply_pa));
+        for (per_mass, key) in per_mass.into_iter().zip([Key::servo_area_m2_per_kg, Key::servo_area_b_m2_per_kg]) {
+            demand(
+                per_mass * highest <= 30_000.0,
+                key,
+                per_mass,
+                "not turn the highest pressure into more than 30000 m/s2",
+            )?;
+        }
+        let ratio = per_mass[1] / per_mass[0];
         demand(
-            per_mass * highest <= 30_000.0,
-            Key::servo_area_m2_per_kg,
-            per_mass,
-            "not turn the highest pressure into more than 30000 m/s2",
+            (0.125..=7.9).contains(&ratio),
+            Key::servo_area_b_m2_per_kg,
+            per_mass[1],
+            "be from an eighth to 7.9 times servo_area_m2_per_kg",
         )?;
-        let force = |pressure: f32| exactly::<Acceleration>(per_mass * f64::from(pressure));
+        let force = |side: usize, pressure: f32| exactly::<Acceleration>(per_mass[side] * f64::from(pressure));
+        let opening = opening(p)?;
         let tick = Tick { q32: scaled(t, 32) as i32 };
         let gamma = f64::from(p.servo_heat_capacity_ratio);
         let coulomb = f64::from(p.servo_coulomb_m_per_s2);
@@ -168,21 +192,32 @@ impl Tuning {
         let unit = coulomb.max(0.01);
         let force_rate = f64::from(p.servo_force_rate_per_s);
         let (bristle, viscous) = (f64::from(p.servo_bristle_per_s2), f64::from(p.servo_viscous_per_s));
-        let lag = f64::from(p.servo_lag_s);
+        let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(delay::MOST_TICKS as f64) as u8;
+        // What is no whole tick the lag takes up.
+        let lag = f64::from(p.servo_lag_s) + (f64::from(p.servo_delay_s) - f64::from(delay_ticks) * t);
         let weight = (t / HOLD_MEAN_S).min(1.0);
         let ticks = |time_s: f64| (time_s * hz) as u16;
-        let valve = valve(p, inverse);
+        let valve = valve(p, inverse, opening);
         Ok(Self {
             tick,
             chambers: Chambers {
-                per_pa: Factor::new(per_mass),
+                per_pa: per_mass.map(Factor::new),
+                ratio: exactly(ratio),
                 follow: Share::new((t * PRESSURE_RATE).min(1.0)),
                 lengths: [p.servo_length_a_m, p.servo_length_b_m].map(|length| exactly(f64::from(length))),
-                flow: [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s].map(|c| exactly(gamma * f64::from(c))),
+                flow: [
+                    [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s],
+                    [
+                        p.servo_fill_b_m_per_s.unwrap_or(p.servo_fill_m_per_s),
+                        p.servo_exhaust_b_m_per_s.unwrap_or(p.servo_exhaust_m_per_s),
+                    ],
+                ]
+                .map(|paths| paths.map(|c| exactly(gamma * f64::from(c)))),
+                critical: critical(p)?,
                 gamma_q24: scaled(gamma, 24) as i32,
-                atmosphere: force(p.servo_atmosphere_pa),
-                nominal_supply: force(p.servo_supply_pa),
-                rest: force(p.servo_rest_pa),
+                atmosphere: [0, 1].map(|side| force(side, p.servo_atmosphere_pa)),
+                nominal_supply: force(0, p.servo_supply_pa),
+                rest: [force(0, p.servo_rest_pa), force(1, p.servo_rest_b_pa.unwrap_or(p.servo_rest_pa))],
             },
             observer: ObserverGains {
                 y: Factor::new(3.0 * w_o * t),
@@ -262,11 +297,16 @@ impl Tuning {
                 },
                 drift: exactly(HOLD_DRIFT * coulomb),
                 pulse: exactly(HOLD_DRIFT * coulomb / PULSE_S),
+                inwards: p.servo_stick_slip,
             },
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
             standing: exactly(STANDING),
             body: Body { coulomb: exactly(COULOMB_START * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
             lag: exactly(lag * hz),
+            delay_ticks,
+            lead: Factor::new(f64::from(p.servo_lead_s)),
+            slipping: p.servo_stick_slip.then(|| Factor::new(weight * hz)),
+            least_caution: scaled(if p.servo_stick_slip { SLIPPING } else { 1.0 }, 24) as i32,
             noise_of: Factor::new(1.25e6),
             noise_follow: Share::new(NOISE_RATE * t),
             caution_of: Factor::new(1.0 / QUIET_UM),
@@ -288,8 +328,52 @@ fn gains(w: f64) -> LawGains {
     }
 }
 
+/// Both critical ratios, or none.
+fn critical(p: &Parameters) -> Result<Option<[Critical; 2]>, ConfigError> {
+    let of = |b: f32| {
+        let b = f64::from(b);
+        Critical { down: Factor::new(1.0 / (1.0 - b)), up: Factor::new(b / (1.0 - b)) }
+    };
+    match (p.servo_fill_critical_ratio, p.servo_exhaust_critical_ratio) {
+        (None, None) => Ok(None),
+        (Some(fill), Some(exhaust)) => Ok(Some([of(fill), of(exhaust)])),
+        (fill, _) => {
+            let key = if fill.is_some() { Key::servo_exhaust_critical_ratio } else { Key::servo_fill_critical_ratio };
+            demand(false, key, 0.0, "be given, as that of the other path is").map(|()| None)
+        }
+    }
+}
+
+/// All points of the table of openings, rising, or none.
+fn opening(p: &Parameters) -> Result<Opening, ConfigError> {
+    let points: [(Option<f32>, Key); OPENING_KNOTS.len()] = [
+        (p.servo_opening_1_v, Key::servo_opening_1_v),
+        (p.servo_opening_2_v, Key::servo_opening_2_v),
+        (p.servo_opening_3_v, Key::servo_opening_3_v),
+        (p.servo_opening_4_v, Key::servo_opening_4_v),
+        (p.servo_opening_5_v, Key::servo_opening_5_v),
+        (p.servo_opening_6_v, Key::servo_opening_6_v),
+        (p.servo_opening_7_v, Key::servo_opening_7_v),
+        (p.servo_opening_8_v, Key::servo_opening_8_v),
+        (p.servo_opening_9_v, Key::servo_opening_9_v),
+        (p.servo_opening_10_v, Key::servo_opening_10_v),
+    ];
+    if points.iter().all(|(volts, _)| volts.is_none()) {
+        return Ok(Opening::of(None));
+    }
+    let mut last = 0.0;
+    for (volts, key) in points {
+        let volts = f64::from(volts.unwrap_or(0.0));
+        // Half a step: the voltages are rounded to f32.
+        let rises = volts >= last + 0.5 * OPENING_STEP_V;
+        demand(rises, key, volts, "be given as the other voltages of openings are, and above the one before (volts)")?;
+        last = volts;
+    }
+    Ok(Opening::of(Some(points.map(|(volts, _)| f64::from(volts.unwrap_or(0.0))))))
+}
+
 /// The valve whose dead zone the paper's law compensates, too.
-fn valve(p: &Parameters, inverse: &DeadZoneInverse) -> Valve {
+fn valve(p: &Parameters, inverse: &DeadZoneInverse, opening: Opening) -> Valve {
     let DeadZoneInverse { right, left, centre, lowest, highest, .. } = *inverse;
     let slopes = [p.slope_right, p.slope_left].map(f64::from);
     let most = highest.saturating_sub(centre).min(centre.saturating_sub(lowest)).max(Voltage::ZERO);
@@ -302,5 +386,6 @@ fn valve(p: &Parameters, inverse: &DeadZoneInverse) -> Valve {
         blend: exactly(BLEND),
         per_blend: exactly(1.0 / BLEND),
         zones: [right.saturating_sub(centre), centre.saturating_sub(left)],
+        opening,
     }
 }

@@ -87,10 +87,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     );
     let fastest = bound_s(&file.rig, &with_lag(&file, lag_s), demand.move_m)
         .map_err(|error| InputError::new(&file.name, error.to_string(), "correct the value"))?;
+    let time_s = move_time_s(&tuning, demand.move_m);
+    let time =
+        if time_s.is_finite() { format!("about {time_s:.3} s") } else { "does not settle for certain".to_string() };
     say!(
-        "a move of {:.1} mm: about {:.3} s; the valve's full flow, there and back, would take {fastest:.3} s",
+        "a move of {:.1} mm: {time}; the valve's full flow, there and back, would take {fastest:.3} s",
         arguments.move_mm,
-        move_time_s(&tuning, demand.move_m)
     );
     let lacking = shortfalls(&file.rig, &tuning, &demand);
     if lacking.is_empty() {

@@ -88,7 +88,7 @@ impl Bench {
     #[must_use]
     pub fn with_tick(mut self, driver: Driver) -> Self {
         let (tuning, rig) = (&self.servo.tuning, self.servo.rig);
-        let lag = Effects::none().with(Effect::ValveLag, &[tuning.lag_s]);
+        let lag = Effects::none().with(Effect::ValveLag, &[tuning.valve_lag_s]);
         let io = Io { tick_hz: (1.0 / tuning.tick_s).round() as u32, ..self.io };
         let file = RigFile { rig, io, effects: lag, ..RigFile::paper_a() };
         let parameters = Parameters {
@@ -100,6 +100,8 @@ impl Bench {
             servo_bandwidth_rad_per_s: tuning.law_w as f32,
             servo_observer_rad_per_s: tuning.observer_w as f32,
             servo_force_rate_per_s: tuning.force_rate as f32,
+            servo_lead_s: tuning.lead_s as f32,
+            servo_stick_slip: tuning.stick_slip,
             ..rig_files::controller::parameters(&file)
         };
         let setup = Setup::new(&parameters, None, 1).expect("valid parameters");

@@ -49,7 +49,10 @@ impl Hold {
 
     /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse when the force has drifted by
     /// `allowed` newton away from the middle of what friction holds. Drift towards the middle only holds the piston safer.
-    pub fn restoring_rate(&mut self, allowed: f64) -> f64 {
+    pub fn restoring_rate(&mut self, allowed: f64, inwards: bool) -> f64 {
+        if inwards && (self.mean[2] + self.load).abs() < (self.force + self.load).abs() {
+            self.force = self.mean[2];
+        }
         let drift = self.force - self.mean[2];
         let outward = drift * (self.mean[2] + self.load) < 0.0;
         if drift.abs() > allowed && outward {

@@ -1,6 +1,7 @@
 //! Inversion of the valve: from the rate of force asked for to the command, through flow, arc tangent and dead zone.
 
 use super::air::Air;
+use rig_files::tuning::Pneumatics;
 
 /// The valve as the law knows it; gains and dead zones are learned, one for each side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +16,8 @@ pub struct ValveModel {
     pub most: f64,
     /// Middle of the dead zone, V.
     pub centre: f64,
+    /// How far it is open behind the dead zone.
+    pub known: Pneumatics,
 }
 
 impl ValveModel {
@@ -31,10 +34,10 @@ impl ValveModel {
         }
     }
 
-    /// Angle `atan(2 w)` of a spool position, rad.
+    /// Angle of a spool position, rad: `atan(2 w)`, or by the rig's table.
     #[must_use]
     pub fn angle(&self, spool: f64) -> f64 {
-        (2.0 * self.effective(spool)).atan()
+        self.known.angle(self.effective(spool))
     }
 
     /// Force slope on the side of an angle, N/(s rad).
@@ -46,13 +49,13 @@ impl ValveModel {
     /// The largest angle towards either side.
     #[must_use]
     pub fn most_angle(&self) -> f64 {
-        (2.0 * (self.most - self.centre.abs() - self.right.max(self.left))).atan()
+        self.known.angle(self.most - self.centre.abs() - self.right.max(self.left))
     }
 
     /// The command for an angle; `blend` is the angle below which the dead zone is crossed on a straight line.
     #[must_use]
     pub fn command(&self, theta: f64, blend: f64) -> f64 {
-        let w = theta.tan() / 2.0;
+        let (w, _) = self.known.voltage(theta);
         let part = (theta.abs() / blend).min(1.0);
         let zone = if theta >= 0.0 { self.right } else { -self.left };
         (self.centre + w + part * zone).clamp(-self.most, self.most)

@@ -71,12 +71,12 @@ pub fn learn_valve(valve: &mut ValveModel, innovation: &Innovation, theta: f64, 
     let slope = valve.slope(theta, air);
     // A wrong rate of force stands as an innovation of that rate over the correction's.
     let rate = tuning.force_rate * innovation.force;
-    let w = 0.5 * theta.tan();
+    let (w, volts_per_rad) = valve.known.voltage(theta);
     if theta.abs() > GAIN_ANGLE {
         let wrong = rate / (slope * theta) * valve.gain[side];
         valve.gain[side] = (valve.gain[side] + gain_rate * t * wrong).clamp(GAIN[0], GAIN[1]);
     } else if w.abs() < ZONE_V && theta != 0.0 {
-        let wrong_v = rate / slope * (1.0 + 4.0 * w * w) / 2.0;
+        let wrong_v = rate / slope * volts_per_rad;
         let zone = if side == 0 { &mut valve.right } else { &mut valve.left };
         let outward = if side == 0 { wrong_v } else { -wrong_v };
         let nominal = tuning.zone_v[side];
@@ -84,14 +84,14 @@ pub fn learn_valve(valve: &mut ValveModel, innovation: &Innovation, theta: f64, 
     }
 }
 
-/// Friction and mass, from what the disturbance of one tick shows.
-pub fn learn_body(body: &mut Body, estimate: &mut Estimate, tuning: &Tuning) {
+/// Friction and mass, from what the disturbance of one tick shows beyond the known load, N.
+pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, tuning: &Tuning) {
     if estimate.v.abs() < SLIDING {
         return;
     }
     // In parts of the nominal Coulomb force, along the motion.
     let unit = tuning.coulomb * estimate.v.signum();
-    let wrong = -estimate.disturbance / unit;
+    let wrong = -(estimate.disturbance - load) / unit;
     let viscous = tuning.viscous * estimate.v / unit;
     let inert = tuning.mass * estimate.a / unit;
     let step = tuning.learn[2] * tuning.tick_s * wrong;

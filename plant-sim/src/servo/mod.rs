@@ -28,6 +28,8 @@ use learning::Lag;
 use observer::{Body, Estimate};
 use plant_model::Rig;
 use reference::{Limits, Motion};
+use rig_files::tuning::Pneumatics;
+use std::collections::VecDeque;
 use stick::Stick;
 use stream::{Aim, Stream};
 pub use tuning::Tuning;
@@ -39,6 +41,8 @@ const PRESSURE_RATE: f64 = 250.0;
 const NOISE_RATE: f64 = 3.0;
 /// Noise of a position code up to which hold and stick judge without caution, m.
 const QUIET_M: f64 = 30e-6;
+/// By how much more coarsely hold and stick judge where the piston slips as it breaks away.
+const SLIPPING: f64 = 1.6;
 
 /// What the sensors read in one tick, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +64,8 @@ pub struct Servo {
     pub tuning: Tuning,
     /// The rig as it was told.
     pub rig: Rig<f64>,
+    /// Its valve, hoses and chambers as the law knows them.
+    pub known: Pneumatics,
     /// The rig as it was estimated.
     pub estimate: Estimate,
     /// Where the piston should be.
@@ -76,6 +82,7 @@ pub struct Servo {
     stick: Stick,
     noise: f64,
     acting: f64,
+    delayed: VecDeque<f64>,
     pressures: [f64; 3],
     begun: bool,
 }
@@ -85,9 +92,12 @@ impl Servo {
     #[must_use]
     pub fn new(rig: &Rig<f64>, tuning: Tuning) -> Self {
         let [right, left] = tuning.zone_v;
-        let valve = ValveModel { right, left, gain: [1.0; 2], most: tuning.most_v, centre: tuning.centre_v };
+        let known = Pneumatics::of(rig);
+        let valve = ValveModel { right, left, gain: [1.0; 2], most: tuning.most_v, centre: tuning.centre_v, known };
         Self {
             rig: *rig,
+            known,
+            delayed: std::iter::repeat_n(tuning.centre_v, tuning.delay_ticks).collect(),
             estimate: Estimate { spool: tuning.centre_v, ..Estimate::default() },
             motion: Motion::default(),
             valve,
@@ -108,8 +118,12 @@ impl Servo {
     pub fn step(&mut self, target: f64, readings: &Readings) -> f64 {
         let tuning = self.tuning;
         let t = tuning.tick_s;
-        let area = self.rig.cylinder.mean_area_m2();
-        let seen = readings.p_a.zip(readings.p_b).map(|(p_a, p_b)| area * (p_a - p_b));
+        let [area_a, area_b] = self.known.areas_m2;
+        let rest = area_a * self.known.rest_pa[0] - area_b * self.known.rest_pa[1];
+        if !self.begun {
+            self.estimate.force = rest;
+        }
+        let seen = readings.p_a.zip(readings.p_b).map(|(p_a, p_b)| area_a * p_a - area_b * p_b);
         let force = seen.unwrap_or(self.estimate.force);
         let read = self.complete(readings);
         if !self.begun {
@@ -124,11 +138,13 @@ impl Servo {
         }
         let air = self.air();
         let innovation = self.estimate.correct(readings.y, force, &tuning);
-        let theta = self.estimate.predict(self.acting, &air, &self.valve, self.lag.seconds, &self.body, &tuning);
+        self.delayed.push_back(self.acting);
+        let acting = self.delayed.pop_front().unwrap_or(self.acting);
+        let theta = self.estimate.predict(acting, &air, &self.valve, self.lag.seconds, &self.body, &tuning);
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
-            learning::learn_body(&mut self.body, &mut self.estimate, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, -rest, &tuning);
         } else {
             self.estimate.unseen_force(&tuning);
         }
@@ -140,32 +156,33 @@ impl Servo {
 
     /// The pressures, with those that are not measured from the modelled force.
     fn complete(&self, readings: &Readings) -> [f64; 3] {
-        let step = self.estimate.force / self.rig.cylinder.mean_area_m2();
+        let (force, [area_a, area_b], [rest_a, rest_b]) =
+            (self.estimate.force, self.known.areas_m2, self.known.rest_pa);
         let [atmosphere, p_sup] = [self.rig.supply.atmosphere_pa, readings.p_sup];
-        let middle = self.rig.equilibrium_pressure_pa();
-        let p_a = readings.p_a.unwrap_or_else(|| readings.p_b.map_or(middle + 0.5 * step, |p_b| p_b + step));
-        let p_b = readings.p_b.unwrap_or_else(|| readings.p_a.map_or(middle - 0.5 * step, |p_a| p_a - step));
+        let half = 0.5 * (force - (area_a * rest_a - area_b * rest_b));
+        let (p_a, p_b) = (readings.p_a, readings.p_b);
+        let [p_a, p_b] = [
+            p_a.unwrap_or_else(|| p_b.map_or(rest_a + half / area_a, |p_b| (area_b * p_b + force) / area_a)),
+            p_b.unwrap_or_else(|| p_a.map_or(rest_b - half / area_b, |p_a| (area_a * p_a - force) / area_b)),
+        ];
         [p_a.clamp(atmosphere, p_sup.max(atmosphere)), p_b.clamp(atmosphere, p_sup.max(atmosphere)), p_sup]
     }
 
     fn command(&mut self, target: f64, air: &Air) -> f64 {
         // A noisier position is judged more coarsely.
-        let scale = (self.noise / QUIET_M).clamp(1.0, 4.0);
+        let scale = (self.noise / QUIET_M).clamp(if self.tuning.stick_slip { SLIPPING } else { 1.0 }, 4.0);
         let tuning = self.tuning.coarser(scale);
         let (t, w) = (tuning.tick_s, tuning.law_w);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
         let Aim { motion: aim, jerk: aim_jerk } = self.stream.take(target, &tuning.limits, t);
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
-        if self.hold.decide(
-            target,
-            resting,
-            [target - estimate.y, estimate.v, estimate.force],
-            estimate.disturbance,
-            &tuning,
-        ) {
+        let error = target - estimate.y;
+        // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
+        let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weight / t } else { estimate.v };
+        if self.hold.decide(target, resting, [error, v, estimate.force], estimate.disturbance, &tuning) {
             self.stick = Stick::default();
-            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb);
+            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb, tuning.stick_slip);
             if rate == 0.0 {
                 return self.valve.centre;
             }
@@ -193,7 +210,7 @@ impl Servo {
         let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
         let jerk =
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
-        let rate = self.body.mass * jerk + air.stiffness * estimate.v;
+        let rate = self.body.mass * jerk + air.stiffness * (estimate.v + tuning.lead_s * r.a);
         let slope = self.valve.slope(rate, air);
         let most = self.valve.most_angle();
         let asked = rate / slope;
@@ -205,24 +222,29 @@ impl Servo {
     }
 
     fn air(&self) -> Air {
-        let (gas, cylinder) = (&self.rig.gas, &self.rig.cylinder);
-        let area = cylinder.mean_area_m2();
+        let (gas, known) = (&self.rig.gas, &self.known);
+        let [area_a, area_b] = known.areas_m2;
+        let [v_a0, v_b0] = known.volumes_m3;
         let least = 0.1;
-        let v_a = (cylinder.volume_a0_m3 + area * self.estimate.y).max(least * cylinder.volume_a0_m3);
-        let v_b = (cylinder.volume_b0_m3 - area * self.estimate.y).max(least * cylinder.volume_b0_m3);
+        let volumes =
+            [(v_a0 + area_a * self.estimate.y).max(least * v_a0), (v_b0 - area_b * self.estimate.y).max(least * v_b0)];
         let [p_a, p_b, p_sup] = self.pressures;
         let atmosphere = self.rig.supply.atmosphere_pa;
-        let [fill, exhaust] = self.rig.linear_coefficients_kg_per_s_pa();
-        let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k * area;
+        let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k;
         // Never nought, whatever a sensor says.
         let small = 0.03 * p_sup.max(atmosphere);
-        let slope = |fill_p: f64, fill_v: f64, exh_p: f64, exh_v: f64| {
-            heat * (fill * (p_sup - fill_p).max(small) / fill_v + exhaust * (exh_p - atmosphere).max(small) / exh_v)
+        let p = [p_a, p_b];
+        let slope = |fills: usize, empties: usize| {
+            let fill = known.fill[fills] * known.filling_pa(p_sup, p[fills]).max(small);
+            let exhaust = known.exhaust[empties] * known.exhausting_pa(p[empties], atmosphere).max(small);
+            let areas = known.areas_m2;
+            heat * (areas[fills] * fill / volumes[fills] + areas[empties] * exhaust / volumes[empties])
         };
         Air {
-            stiffness: gas.heat_capacity_ratio * area * area * (p_a / v_a + p_b / v_b),
-            slope_fill_a: slope(p_a, v_a, p_b, v_b),
-            slope_fill_b: slope(p_b, v_b, p_a, v_a),
+            stiffness: gas.heat_capacity_ratio
+                * (area_a * area_a * p_a / volumes[0] + area_b * area_b * p_b / volumes[1]),
+            slope_fill_a: slope(0, 1),
+            slope_fill_b: slope(1, 0),
         }
     }
 }

@@ -156,7 +156,7 @@ pub fn stream(bench: &mut Bench, wave: Wave, seed: u64) -> (f64, f64) {
 /// The rig is not valid.
 #[must_use]
 pub fn bench(nominal: &Rig<f64>, tuning: Tuning, drawn: bool, noise: f64, seed: u64, lost: Lost) -> Bench {
-    let study = Effects::none().with(Effect::ValveLag, &[tuning.lag_s]);
+    let study = Effects::none().with(Effect::ValveLag, &[tuning.valve_lag_s]);
     let (rig, effects) = if drawn { draw(nominal, seed) } else { (*nominal, study) };
     let mut bench = Bench::new(&rig, &effects, Servo::new(nominal, tuning), noise, seed).expect("a valid rig");
     bench.lost = lost;

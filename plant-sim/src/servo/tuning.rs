@@ -2,7 +2,7 @@
 
 use super::reference::Limits;
 use plant_model::Rig;
-use rig_files::tuning::{FORCE_RATE, Rule};
+use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule};
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Tuning {
     pub limits: Limits,
     /// Bandwidth of the law `w`, rad/s.
     pub law_w: f64,
+    /// Bandwidth that delay and lag allow over the one that the air's jerk allows.
+    pub keeps_up: f64,
     /// Bandwidth of the observer `w_o`, rad/s.
     pub observer_w: f64,
     /// How fast the estimated force follows the measured one, 1/s.
@@ -27,8 +29,16 @@ pub struct Tuning {
     pub coulomb: f64,
     /// Part of it that is compensated before any is learned.
     pub coulomb_start: f64,
-    /// Lag of the spool, s.
+    /// Lag of the spool, and what of the hoses' delay is no whole tick, s.
     pub lag_s: f64,
+    /// Time by which the stiffness's force is led, s.
+    pub lead_s: f64,
+    /// Whether the piston slips as it breaks away.
+    pub stick_slip: bool,
+    /// Lag of the spool alone, s.
+    pub valve_lag_s: f64,
+    /// Delay of the command by the hoses, ticks.
+    pub delay_ticks: usize,
     /// Nominal half-width of the dead zone, V, to the right and to the left of its middle.
     pub zone_v: [f64; 2],
     /// Middle of the dead zone, V.
@@ -66,13 +76,17 @@ impl Tuning {
     #[must_use]
     pub fn of(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> Self {
         let (valve, friction) = (&rig.valve, &rig.friction);
-        let Rule { speed, acceleration, jerk, law_w, observer_w, .. } = Rule::of(rig, lag_s, tick_s);
+        let Rule { speed, acceleration, jerk, law_w, observer_w, lead_s, bandwidths, .. } =
+            Rule::of(rig, lag_s, tick_s);
+        let delay_s = Pneumatics::of(rig).delay_s;
+        let delay_ticks = (delay_s / tick_s).min(31.0) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
         let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
         Self {
             tick_s,
             limits: Limits { speed, acceleration, jerk },
             law_w,
+            keeps_up: bandwidths[0] / bandwidths[1],
             observer_w,
             force_rate: FORCE_RATE,
             mass: rig.load.mass_kg,
@@ -80,7 +94,12 @@ impl Tuning {
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
             coulomb_start: 0.7,
-            lag_s,
+            // What is no whole tick the lag takes up.
+            lag_s: lag_s + delay_s - delay_ticks as f64 * tick_s,
+            lead_s,
+            stick_slip: rig_files::tuning::stick_slip(rig),
+            valve_lag_s: lag_s,
+            delay_ticks,
             zone_v: [half_v; 2],
             centre_v,
             most_v: valve.max_voltage_v,

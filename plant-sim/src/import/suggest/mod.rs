@@ -60,7 +60,8 @@ fn suggest_text(text: &str, file: &str, note: Option<&str>, rig: Option<&RigFile
     let mut page = Page::default();
     head(&mut page, file, note, &layout, &columns);
     let time = time::choose(&layout, &columns);
-    let chosen = ORDER.map(|column| pick(column, &columns, time.columns()));
+    let mut chosen = ORDER.map(|column| pick(column, &columns, time.columns()));
+    one_side(&mut chosen);
     let lines = quantities::lines(&columns, &chosen, rig);
     source(&mut page, &layout, &columns, &time, lines.iter().any(|line| line.gauge));
     time.write(&mut page, &layout);
@@ -90,6 +91,17 @@ fn pick(column: Column, columns: &[Seen], taken: &[usize]) -> Choice {
     let best = columns.iter().map(fit).max().unwrap_or(0);
     let found = columns.iter().filter(|seen| best >= 2 && fit(seen) == best).map(|seen| seen.number).collect();
     Choice { column, found, sure: best >= 4 }
+}
+
+/// A single pressure that names no chamber is not that of both: chamber A's, until somebody looks.
+fn one_side(chosen: &mut [Choice]) {
+    let of = |column: Column| chosen.iter().position(|choice| choice.column == column);
+    if let (Some(a), Some(b)) = (of(Column::PA), of(Column::PB))
+        && chosen[a].found.len() == 1
+        && chosen[a].found == chosen[b].found
+    {
+        chosen[b].found.clear();
+    }
 }
 
 /// Columns of numbers that no name or unit gave a place, and how to give them one.

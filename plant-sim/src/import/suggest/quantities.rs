@@ -127,10 +127,12 @@ impl Lines {
         let span = seen.high - seen.low;
         let stroke = rig.map(|rig| rig.rig.cylinder.stroke_m);
         let range = format!("{} to {}", short(seen.low), short(seen.high));
-        // Without a rig: strokes from 5 mm to 3 m, and half of one at least is used.
+        // Without a rig: strokes up to 3 m. A stated unit is believed even if the piston hardly moves; otherwise a tenth of the
+        // stroke, or 5 mm, tells the unit.
+        let stated = seen.stated(Quantity::Length).is_some();
         let fits = |factor: f64| match stroke {
-            Some(stroke) => (0.1..=1.15).contains(&(span * factor / stroke)),
-            None => (5.0e-3..=3.0).contains(&(span * factor)),
+            Some(stroke) => (if stated { 5.0e-3 } else { 0.1 }..=1.15).contains(&(span * factor / stroke)),
+            None => (if stated { 5.0e-4 } else { 5.0e-3 }..=3.0).contains(&(span * factor)),
         };
         let candidates: &[(&str, f64)] =
             if stroke.is_some() { &[("m", 1.0), ("cm", 0.01), ("mm", 1.0e-3)] } else { &[("m", 1.0), ("mm", 1.0e-3)] };
