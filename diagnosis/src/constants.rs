@@ -495,6 +495,9 @@ constants! {
         restart_s: f64 = 0.06, "s",
             "So much before a restart tells by how much the model that ran in is behind, and how fast it falls back.",
             "60 samples at 1 kHz: 0.4 mm/s of error from 50 um of noise, less than the centred window of the velocity";
+        restart_pressure_s: f64 = 0.02, "s",
+            "For pressures the mean of so much: a command that moved between rows makes their errors wander, and a slope means nothing.",
+            "20 samples at 1 kHz: a quarter of the noise";
         least_restart_rows: usize = 4, "samples",
             "And no fewer samples.",
             "a line through three has one to spare";

@@ -141,7 +141,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     // The extended rig has all that the part held back supports, named or not.
     let mut extended = kept.clone();
     if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
-        let all = support::supported(problem, &found, &named, judgement.open != 0 || !closed);
+        let floor = nearest.as_ref().map(|(gain, _)| gain.holdout.noise_floor);
+        let all = support::supported(problem, &found, &named, floor.as_ref(), judgement.open != 0 || !closed);
         if all.hypothesis.effects != kept.hypothesis.effects {
             extended = problem.with_errors(all);
             held = predicts(&extended);

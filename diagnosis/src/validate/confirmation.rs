@@ -87,6 +87,12 @@ fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool 
     let [(null, by_null), (best, by_best)] = [extended(&found.null), extended(&found.best)];
     let models = hold_out::Comparison::new(problem.record, (&null, by_null), (&best, by_best));
     let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
-    let error = |of: &PerChannel| of.over(&gain.holdout.noise_floor).map(|ratio| ratio.powi(2)).sum::<f64>();
+    let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor);
     error(&gain.holdout.extended_rmse) < growth * error(&gain.holdout.baseline_rmse)
+}
+
+/// The sum of squared errors over those that noise makes of a perfect model's predictions. Errors within that floor are alike:
+/// which of two models comes closer there is chance.
+pub(crate) fn beyond_floor(errors: &PerChannel, floor: &PerChannel) -> f64 {
+    errors.over(floor).map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio.max(1.0).powi(2) }).sum()
 }

@@ -234,22 +234,29 @@ fn predict(
     end: usize,
 ) -> Vec<[f64; 3]> {
     let mut simulator = history.then(&model.plant, measured_state(record, model, run_in));
-    let mut behind = [Line::default(); 3];
-    let fitted = record.rows_in(run_in..start);
-    let fitted = &fitted[fitted.len().saturating_sub(restart_rows(record))..];
+    let (mut behind_y, mut behind_pa) = (Line::default(), [Line::default(); 2]);
+    let before = record.rows_in(run_in..start);
+    let first = |rows: usize| before.len().checked_sub(rows).map_or(run_in, |place| before[place]);
+    let [first_y, first_pa] = restart_rows(record).map(first);
     for k in run_in..start {
-        if fitted.first().is_some_and(|first| k >= *first) && record.is_row(k) {
+        if k >= first_y.min(first_pa) && record.is_row(k) {
             let m = simulator.measure();
-            let errors = [record.y_m[k] - m.y_m, record.p_a_pa[k] - m.p_a_pa, record.p_b_pa[k] - m.p_b_pa];
             let before_s = record.t_s[k] - record.t_s[start];
-            behind.iter_mut().zip(errors).for_each(|(line, error)| line.add(before_s, error));
+            if k >= first_y {
+                behind_y.add(before_s, record.y_m[k] - m.y_m);
+            }
+            if k >= first_pa {
+                let errors = [record.p_a_pa[k] - m.p_a_pa, record.p_b_pa[k] - m.p_b_pa];
+                behind_pa.iter_mut().zip(errors).for_each(|(line, error)| line.add(before_s, error));
+            }
         }
         simulator.advance_with(&inputs(record, model, k), record.interval_s(k));
     }
     let delay_s = model.plant.position_delay_s();
-    let [(behind_m, drift_m_per_s), behind_a, behind_b] = behind.map(|line| line.at_zero());
+    let (behind_m, drift_m_per_s) = behind_y.at_zero();
+    let [behind_a, behind_b] = behind_pa.map(|line| line.mean());
     // What a late position signal still has to tell is extrapolated.
-    let now = [behind_m + drift_m_per_s * delay_s, behind_a.0, behind_b.0];
+    let now = [behind_m + drift_m_per_s * delay_s, behind_a, behind_b];
     simulator.set_state(corrected(record, model, simulator.state(), (now, drift_m_per_s)));
     let mut out = Vec::with_capacity(end - start);
     for k in start..end {
@@ -264,10 +271,13 @@ fn predict(
     out
 }
 
-/// How many rows before a restart tell by how much the model that ran up to it is behind.
-fn restart_rows(record: &Record) -> usize {
-    let rows = constants::restart_s() / record.quality.interval_s.max(1.0e-6);
-    (rows.round() as usize).max(constants::least_restart_rows())
+/// How many rows before a restart tell by how much the model that ran up to it is behind in position and in pressures.
+fn restart_rows(record: &Record) -> [usize; 2] {
+    let rows = |seconds: f64| (seconds / record.quality.interval_s.max(1.0e-6)).round() as usize;
+    [
+        rows(constants::restart_s()).max(constants::least_restart_rows()),
+        rows(constants::restart_pressure_s()).max(constants::least_reach()),
+    ]
 }
 
 /// The state of a model that ran in, moved by what it is behind of the sensors: position and pressures as shown, and how fast
@@ -324,6 +334,11 @@ impl Line {
         self.tt += t_s * t_s;
         self.e += error;
         self.te += t_s * error;
+    }
+
+    /// The mean of what was added.
+    fn mean(&self) -> f64 {
+        self.e / self.count.max(1.0)
     }
 
     /// Its value at time zero and its slope.

@@ -1,6 +1,7 @@
 //! The best supported model: all effects of the catalogue that lower the error on the part of the log held back, named or
 //! not. A name asks whether an effect is there; this asks which model predicts the rig best.
 
+use super::confirmation::beyond_floor;
 use super::hold_out::{self, Comparison};
 use crate::constants;
 use crate::data::channel::Channels;
@@ -20,27 +21,27 @@ fn data_cost(on: &Problem<'_>, fit: &Fit) -> f64 {
     cost.filter(|cost| cost.is_finite()).unwrap_or(f64::INFINITY)
 }
 
-/// Squared errors of the whole model on the part held back, restarted, over those of the sensors' noise; infinite where it
-/// predicts nothing, zero where the log does not allow full predictions.
-fn whole_model(problem: &Problem<'_>, fit: &Fit) -> f64 {
+/// Squared errors of the whole model on the part held back, restarted, over a noise floor; infinite where it predicts nothing,
+/// zero where the log does not allow full predictions.
+fn whole_model(problem: &Problem<'_>, fit: &Fit, floor: Option<&PerChannel>) -> f64 {
     let (h, values) = (&fit.hypothesis, &fit.hypothesis.values);
     let (rig, sensor_pa) = (h.rig(problem.rig, values), h.supply_sensor_pa(values));
     let models = Comparison::new(problem.record, (problem.rig, 0.0), (&rig, sensor_pa));
-    let Some(errors) = models.and_then(|models| models.of_extended(hold_out::HORIZON_S)) else { return 0.0 };
-    let q = &problem.record.quality;
-    let noise = PerChannel {
-        y_m: Some(q.position.standard_deviation.max(constants::numerical_error_m())),
-        p_a_pa: Some(q.pressure_a.standard_deviation.max(constants::numerical_error_pa())),
-        p_b_pa: Some(q.pressure_b.standard_deviation.max(constants::numerical_error_pa())),
-    };
-    let sum: f64 = errors.over(&noise).map(|ratio| ratio.powi(2)).sum();
-    if sum.is_finite() { sum } else { f64::INFINITY }
+    let errors = models.and_then(|models| models.of_extended(hold_out::HORIZON_S));
+    errors.zip(floor).map_or(0.0, |(errors, floor)| beyond_floor(&errors, floor))
 }
 
 /// The best supported model. Effects other than the `named` ones must be confirmed, each by itself, on the part held back. With
 /// `grows` further effects are looked for. Over-dispersion is left out of account: a model that is wrong in a balance
-/// should be mended there first, however little its errors say about names.
-pub(crate) fn supported(problem: &Problem<'_>, found: &Found, named: &[Effect], grows: bool) -> Fit {
+/// should be mended there first, however little its errors say about names. `floor`: what noise makes of a perfect model's
+/// predictions.
+pub(crate) fn supported(
+    problem: &Problem<'_>,
+    found: &Found,
+    named: &[Effect],
+    floor: Option<&PerChannel>,
+    grows: bool,
+) -> Fit {
     let (stretches, dispersion) = (problem.stretches.clone(), [1.0; 4]);
     let problem = &Problem { dispersion, stretches, judged: OnceLock::new(), ..*problem };
     let held = problem.held_back();
@@ -54,7 +55,9 @@ pub(crate) fn supported(problem: &Problem<'_>, found: &Found, named: &[Effect], 
         let smaller = problem.refit(smaller, effects::channels(effect), constants::support_iterations());
         let Some(smaller) = smaller else { continue };
         let confirmed = !held.stretches.is_empty() && data_cost(&held, &current) < data_cost(&held, &smaller);
-        if !(confirmed && whole_model(problem, &current) < constants::no_worse() * whole_model(problem, &smaller)) {
+        if !(confirmed
+            && whole_model(problem, &current, floor) < constants::no_worse() * whole_model(problem, &smaller, floor))
+        {
             current = smaller;
         }
     }
@@ -65,13 +68,13 @@ pub(crate) fn supported(problem: &Problem<'_>, found: &Found, named: &[Effect], 
     let most = problem.effort.millions() + constants::most_effort_supported();
     let begun = current.hypothesis.effects.len();
     while current.hypothesis.effects.len() < constants::most_supported() && problem.effort.millions() < most {
-        let Some(next) = one_more(problem, &held, &current, &mut refused) else { break };
+        let Some(next) = one_more(problem, &held, &current, floor, &mut refused) else { break };
         current = next;
     }
     if current.hypothesis.effects.len() > begun
         && let Some(fitted) = problem.refit(current.hypothesis.clone(), problem.judgeable, constants::iterations())
         && data_cost(&held, &fitted) < data_cost(&held, &current)
-        && whole_model(problem, &fitted) < constants::no_worse() * whole_model(problem, &current)
+        && whole_model(problem, &fitted, floor) < constants::no_worse() * whole_model(problem, &current, floor)
     {
         current = fitted;
     }
@@ -89,10 +92,16 @@ pub(crate) fn supported(problem: &Problem<'_>, found: &Found, named: &[Effect], 
 }
 
 /// A fit with one more effect that the part held back confirms. Those it does not confirm are `refused`.
-fn one_more(all: &Problem<'_>, held: &Problem<'_>, from: &Fit, refused: &mut Vec<Effect>) -> Option<Fit> {
+fn one_more(
+    all: &Problem<'_>,
+    held: &Problem<'_>,
+    from: &Fit,
+    floor: Option<&PerChannel>,
+    refused: &mut Vec<Effect>,
+) -> Option<Fit> {
     let scoring = Scoring::new(all, from)?;
     let subset = scoring.subset();
-    let (before, error) = (data_cost(held, from), whole_model(all, from));
+    let (before, error) = (data_cost(held, from), whole_model(all, from, floor));
     let candidates = ranked_candidates(all, from, &scoring, all.judgeable);
     let worth =
         candidates.into_iter().filter(|c| !refused.contains(&c.effect) && c.predicted > constants::penalty_per_cause());
@@ -108,7 +117,7 @@ fn one_more(all: &Problem<'_>, held: &Problem<'_>, from: &Fit, refused: &mut Vec
     for fit in fits {
         let Some(added) = fit.hypothesis.effects.last().copied() else { continue };
         if before - data_cost(held, &fit) > constants::penalty_per_cause()
-            && whole_model(all, &fit) < constants::no_worse() * error
+            && whole_model(all, &fit, floor) < constants::no_worse() * error
         {
             return Some(fit);
         }
