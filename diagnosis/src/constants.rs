@@ -367,6 +367,9 @@ constants! {
         share_of_rest: f64 = 0.05, "of the rest",
             "And this part of what the fit leaves in its channels.",
             "single breakaways move by chance";
+        share_of_rest_between_rows: f64 = 0.25, "of the rest",
+            "The same where rows are so far apart that what is between them is interpolated.",
+            "the rest is the error of that rather than chance: a cause that is a few percent off takes up a part of it";
         share_of_rest_in_step: f64 = 0.5, "of the rest",
             "The same for a cause that moves nominal values along with it.",
             "it changes mass and friction, too";

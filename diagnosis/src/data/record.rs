@@ -125,6 +125,11 @@ impl Record {
         !self.command_doubt_v.is_empty()
     }
 
+    /// Whether there are entries between rows.
+    pub(crate) fn is_interpolated(&self) -> bool {
+        self.rows.len() < self.len()
+    }
+
     /// Whether entry `k` was measured.
     pub(crate) fn is_row(&self, k: usize) -> bool {
         self.measured.get(k).is_none_or(|measured| *measured)
