@@ -52,6 +52,12 @@ fn with(parameter: Parameter, value: f32) -> Settings {
         P::HoseBLength | P::HoseBDiameter if value > 0.0 => {
             vec![(P::HoseBLength, 1.0), (P::HoseBDiameter, 0.004), (P::Monitor, 0.0)]
         }
+        P::CushionALength | P::CushionAConductance if value > 0.0 => {
+            vec![(P::CushionALength, 0.1), (P::CushionAConductance, 1.0e-9), (P::Stroke, 4.0)]
+        }
+        P::CushionBLength | P::CushionBConductance if value > 0.0 => {
+            vec![(P::CushionBLength, 0.1), (P::CushionBConductance, 1.0e-9), (P::Stroke, 4.0)]
+        }
         _ => Vec::new(),
     };
     let mut settings = Settings::default();

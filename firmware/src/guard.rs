@@ -84,8 +84,24 @@ unsafe fn sum_of_words(start: *const u32, words: usize) -> u32 {
             );
         }
     }
-    for _ in 0..words % 8 {
-        // SAFETY: reads one word behind the blocks, at most `words` in all.
+    if words & 4 != 0 {
+        // SAFETY: reads four words behind the blocks, at most `words` in all.
+        unsafe {
+            asm!(
+                "ldmia {at}!, {{r0, r1, r2, r3}}",
+                "add {sum}, r0, {sum}, ror #31",
+                "add {sum}, r1, {sum}, ror #31",
+                "add {sum}, r2, {sum}, ror #31",
+                "add {sum}, r3, {sum}, ror #31",
+                at = inout(reg) at,
+                sum = inout(reg) sum,
+                out("r0") _, out("r1") _, out("r2") _, out("r3") _,
+                options(readonly, nostack),
+            );
+        }
+    }
+    for _ in 0..words % 4 {
+        // SAFETY: reads one word behind those, at most `words` in all.
         unsafe {
             asm!(
                 "ldr {word}, [{at}], #4",

@@ -50,18 +50,22 @@ struct Owned {
 struct Sums {
     /// Of what a tick changes, taken at the end of the last one.
     changing: AtomicU32,
-    /// Of what only orders change, taken behind the last one.
+    /// Of what only orders change, taken behind the last one: what a code comes of, and what the monitor needs.
     ordered: AtomicU32,
+    monitored: AtomicU32,
 }
-static SUMS: Sums = Sums { changing: AtomicU32::new(0), ordered: AtomicU32::new(0) };
+static SUMS: Sums = Sums { changing: AtomicU32::new(0), ordered: AtomicU32::new(0), monitored: AtomicU32::new(0) };
 
-/// The configuration, the rig as the monitor knows it, and the program of the setpoint if there is one.
+/// The configuration, and the program of the setpoint if there is one.
 #[inline(always)]
 fn sum_of_orders(control_loop: &ControlLoop) -> u32 {
-    let of_program = control_loop.program().map_or(0, sum_of);
-    sum_of(control_loop.config())
-        ^ control_loop.monitored().map_or(0, sum_of).rotate_left(1)
-        ^ of_program.rotate_left(2)
+    sum_of(control_loop.config()) ^ control_loop.program().map_or(0, sum_of).rotate_left(1)
+}
+
+/// The rig as the monitor knows it.
+#[inline(always)]
+fn sum_of_monitored(control_loop: &ControlLoop) -> u32 {
+    control_loop.monitored().map_or(0, sum_of)
 }
 
 /// The rest, but for the place of the simulated plant, which is not in use while the sums are taken. Should a flip put one
@@ -78,6 +82,7 @@ impl Sums {
     #[inline(always)]
     fn note_order(&self, owned: &Owned) {
         self.ordered.store(sum_of_orders(&owned.control_loop), Ordering::Relaxed);
+        self.monitored.store(sum_of_monitored(&owned.control_loop), Ordering::Relaxed);
     }
 
     #[inline(always)]
@@ -87,12 +92,18 @@ impl Sums {
         }
     }
 
-    /// Whether nothing has changed since.
+    /// Whether nothing has changed since of what a code comes of.
     #[inline(always)]
     fn fit(&self, owned: &Owned) -> bool {
         owned.control_loop.bench()
             || (sum_of_changing(owned) == self.changing.load(Ordering::Relaxed)
                 && sum_of_orders(&owned.control_loop) == self.ordered.load(Ordering::Relaxed))
+    }
+
+    /// Whether the monitor's rig has not changed: behind the valve code, and before the monitor needs it.
+    #[inline(always)]
+    fn monitored_fit(&self, owned: &Owned) -> bool {
+        owned.control_loop.bench() || sum_of_monitored(&owned.control_loop) == self.monitored.load(Ordering::Relaxed)
     }
 }
 
@@ -177,6 +188,9 @@ fn ADC1_2() {
     count(&CONTROLLED);
 
     // Past the valve: what follows may take its time, until the next tick.
+    if !SUMS.monitored_fit(owned) {
+        memory_corrupted();
+    }
     if owned.control_loop.watch() {
         SNAPSHOT.count_disagreement();
     }

@@ -287,11 +287,11 @@ impl<R: Real> Plant<R> {
                     jacobian.v_y += driving.by_position * self.inverse_mass;
                     jacobian.v_v += driving.by_velocity * self.inverse_mass;
                 }
-                jacobian.v_y = jacobian.v_y - m.spring_n_per_m * self.inverse_mass;
+                jacobian.v_y -= m.spring_n_per_m * self.inverse_mass;
                 jacobian.v_uneven = self.uneven_acceleration_per_pa;
                 jacobian.v_level_p = -damping * jacobian.z_p;
                 jacobian.a_y += valve_a.by_distance * rate_a.by_mass_flow;
-                jacobian.b_y = jacobian.b_y - valve_b.by_distance * rate_b.by_mass_flow;
+                jacobian.b_y -= valve_b.by_distance * rate_b.by_mass_flow;
                 jacobian.a_b = flow_a.by_other * rate_a.by_mass_flow;
                 jacobian.b_a = flow_b.by_other * rate_b.by_mass_flow;
                 let (gain_a, gain_b) = if opening.magnitude > zero {

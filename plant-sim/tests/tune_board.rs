@@ -54,7 +54,9 @@ fn a_board_finds_its_rigs_dead_zone_mass_and_friction_and_is_left_as_it_was() {
     let after = tune::apply(&mut client, &told.extended_rig, &found.dead_zone, &|| false).expect("applied");
     println!("before {:?}\nafter  {after:?}", found.before);
     let settled = |step: &tune::Step| step.settled_s.expect("settled");
-    assert!(settled(&after) <= settled(&found.before) + 0.02, "{after:?}");
+    // The law that knows the mass and the friction plans a little slower, and passes its target less.
+    assert!(settled(&after) <= 1.1 * settled(&found.before), "{after:?}");
+    assert!(after.overshoot_m < found.before.overshoot_m, "{after:?}");
     assert!(after.error_m.abs() < 1.0e-4 && after.overshoot_m < 1.0e-3, "{after:?}");
 }
 

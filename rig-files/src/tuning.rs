@@ -137,6 +137,17 @@ impl Pneumatics {
             delay_s: known.hose_delay_s,
             rest_pa: rig.equilibrium_pressures_pa(),
         };
+        if rig.cylinder.is_single_acting() {
+            // The law does not drive a single chamber; its numbers are those of a cylinder alike on both sides.
+            return Self {
+                areas_m2: [rig.cylinder.mean_area_m2(); 2],
+                volumes_m3: [known.volume_a0_m3; 2],
+                fill: [nominal.fill[0]; 2],
+                exhaust: [nominal.exhaust[0]; 2],
+                rest_pa: [rig.equilibrium_pressure_pa(); 2],
+                ..nominal
+            };
+        }
         if !hoses && rig.opening.is_empty() {
             return nominal;
         }

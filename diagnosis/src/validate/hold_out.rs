@@ -98,7 +98,10 @@ impl<'a> Comparison<'a> {
         if errors[0].count == 0.0 {
             return None;
         }
-        let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| e.rmse());
+        // What a chamber without air shows is no prediction.
+        let vented_b = record.available.vented_b;
+        let told = |rmse: PerChannel| if vented_b { PerChannel { p_b_pa: None, ..rmse } } else { rmse };
+        let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| told(e.rmse()));
         Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
     }
 }
