@@ -15,10 +15,11 @@ change. The tidy set holds causes of every class. In the disturbed set a sensor 
 or short, a pressure is not measured, or there is no noise. \"same\" means that none of the ten answers changed; a dash means
 not measured. Numbers that follow from a derivation stand beside it in the code.
 
-Most constants change no answer in either set: limits of a search that it does not reach, and guards against recordings that
-neither set holds. So \"same\" twice is no proof that a constant is needless. What ten logs show is which constants matter: those
-with changes. Both sets were measured before windows were stated in seconds and before a command could move between rows;
-constants that came since have dashes.
+What could be switched off, alone and together with others, without another answer in these sets and in the recorded
+diagnoses (`diagnosis/tests/recorded`) is gone, and its constants with it. What is left and reads \"same\" twice is of three kinds:
+numerical tolerances, which have to be so small that half or double changes nothing; limits that end a search and bound its time;
+guards against recordings that neither set holds. The tidy set was measured before those mechanisms went and before windows were stated
+in seconds (8 of its ten logs were right then, 9 since); constants that came since have dashes.
 
 The measurement: `cargo run --release -p diagnosis --features sensitivity --example sensitivity -- all tidy
 docs/diagnosis-constants.csv`, and `-- all disturbed docs/diagnosis-constants-disturbed.csv`. This page:

@@ -103,9 +103,9 @@ fn one_more(
     let subset = scoring.subset();
     let (before, error) = (data_cost(held, from), whole_model(all, from, floor));
     let candidates = ranked_candidates(all, from, &scoring, all.judgeable);
-    let worth =
+    let open =
         candidates.into_iter().filter(|c| !refused.contains(&c.effect) && c.predicted > constants::penalty_per_cause());
-    let chosen: Vec<_> = worth.take(constants::support_candidates()).collect();
+    let chosen: Vec<_> = open.take(constants::support_candidates()).collect();
     let begun = chosen.par_iter().filter_map(|c| {
         let extended = from.hypothesis.with(c.effect, all.parameters(c.effect), c.starts.first()?, false);
         let channels: Channels = effects::channels(c.effect);

@@ -41,10 +41,10 @@ impl Definition for Cushioning {
             ParameterInfo {
                 name: "length_m",
                 key: "effects.cushioning.length_m",
-                min: 1.0e-3,
+                min: 0.0,
                 max: 1.0,
                 typical: 0.1,
-                meaning: "length of the cushions, m",
+                meaning: "length of the cushions, m; 0: the cushions of the rig file",
             },
             ParameterInfo {
                 name: "ratio_a",
