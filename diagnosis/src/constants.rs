@@ -466,7 +466,7 @@ constants! {
             "A balance of less cost and long-run variance may be noise.",
             "causes fitted to it make it a little less than white";
         no_worse: f64 = 1.01, "times",
-            "Squared errors on the part held back may grow by this.",
+            "Squared errors on the part held back may grow by this with causes that nominal values far off would replace, else not at all.",
             "1 %: chance";
         little_worse: f64 = 1.1, "times",
             "By this where the balances there gain plainly.",

@@ -23,12 +23,12 @@ pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
     match (data_cost(&held, &found.null), data_cost(&held, &found.best)) {
         (Some(null), Some(best)) => {
             let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
-            best < null + allowance(&found.null, &found.best)
-                && predicts_no_worse(
-                    problem,
-                    found,
-                    if plain { constants::little_worse() } else { constants::no_worse() },
-                )
+            let growth = match (plain, relieves_nominal_values(&found.null, &found.best)) {
+                (true, _) => constants::little_worse(),
+                (false, true) => constants::no_worse(),
+                (false, false) => 1.0,
+            };
+            best < null + allowance(&found.null, &found.best) && predicts_no_worse(problem, found, growth)
         }
         _ => false,
     }
@@ -68,7 +68,12 @@ fn needs_no_confirmation(problem: &Problem<'_>, held: &Problem<'_>, found: &Foun
 /// By how much the part held back may be told worse with a cause than without it. A cause for which several nominal values
 /// would otherwise have to be far off, all at once, need not show in data beside them: it must not be refuted by them.
 fn allowance(without: &Fit, with: &Fit) -> f64 {
-    if without.prior_cost - with.prior_cost > constants::penalty_per_cause() { constants::likelier() } else { 0.0 }
+    if relieves_nominal_values(without, with) { constants::likelier() } else { 0.0 }
+}
+
+/// Whether nominal values would have to be far off, all at once, without the causes.
+fn relieves_nominal_values(without: &Fit, with: &Fit) -> bool {
+    without.prior_cost - with.prior_cost > constants::penalty_per_cause()
 }
 
 /// Minus the log-likelihood of a fit on some data, without priors.
@@ -77,7 +82,7 @@ fn data_cost(on: &Problem<'_>, fit: &Fit) -> Option<f64> {
     Some(fit.cost_in(on, on.judgeable))
 }
 
-/// Whether the squared errors of the whole model, restarted on the part held back, grow by less than the factor
+/// Whether the squared errors of the whole model, restarted on the part held back, grow by no more than the factor
 /// `growth` when the causes are added. They grow more with causes that only fit noise of a balance.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
     let extended = |fit: &Fit| {
@@ -88,7 +93,7 @@ fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool 
     let models = hold_out::Comparison::new(problem.record, (&null, by_null), (&best, by_best));
     let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
     let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor);
-    error(&gain.holdout.extended_rmse) < growth * error(&gain.holdout.baseline_rmse)
+    error(&gain.holdout.extended_rmse) <= growth * error(&gain.holdout.baseline_rmse)
 }
 
 /// The sum of squared errors over those that noise makes of a perfect model's predictions. Errors within that floor are alike:
