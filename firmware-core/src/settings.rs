@@ -90,7 +90,7 @@ impl Settings {
         let plant = Plant::without_effects(&self.rig())?;
         let tick_s = 1.0 / self.tick_hz() as f32;
         let monitor = Monitor::for_plant(plant, &self.monitor_parameters(), tick_s, OUTPUT_DELAY_TICKS)?;
-        Ok(Some(monitor.with_spool_lag(self.control_parameters().servo_lag_s)))
+        Ok(Some(monitor.with_spool_lag(self.get(Parameter::ServoLag))))
     }
 
     /// Everything the control loop needs.

@@ -16,22 +16,19 @@ pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
     if held.stretches.is_empty() || effects.is_empty() {
         return true;
     }
+    let Some(best) = data_cost(&held, &found.best.hypothesis) else { return false };
     // Where all causes act only on a part of the stroke that the part held back does not reach, nothing there can tell.
-    if (0..effects.len()).all(|place| needs_no_confirmation(problem, &held, found, place)) {
+    if (0..effects.len()).all(|place| needs_no_confirmation(problem, &held, found, best, place)) {
         return true;
     }
-    match (data_cost(&held, &found.null), data_cost(&held, &found.best)) {
-        (Some(null), Some(best)) => {
-            let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
-            let growth = match (plain, relieves_nominal_values(&found.null, &found.best)) {
-                (true, _) => constants::little_worse(),
-                (false, true) => constants::no_worse(),
-                (false, false) => 1.0,
-            };
-            best < null + allowance(&found.null, &found.best) && predicts_no_worse(problem, found, growth)
-        }
-        _ => false,
-    }
+    let Some(null) = data_cost(&held, &found.null.hypothesis) else { return false };
+    let plain = null - best > constants::plain_gain() * held.noise_cost(held.judgeable);
+    let growth = match (plain, relieves_nominal_values(&found.null, &found.best)) {
+        (true, _) => constants::little_worse(),
+        (false, true) => constants::no_worse(),
+        (false, false) => 1.0,
+    };
+    best < null + allowance(&found.null, &found.best) && predicts_no_worse(problem, found, growth)
 }
 
 /// For each cause: whether the part held back is told better with it than without it, everything else fitted anew on the rest.
@@ -40,29 +37,26 @@ pub(crate) fn confirmed_singly(problem: &Problem<'_>, found: &Found) -> Vec<bool
     if held.stretches.is_empty() {
         return vec![true; found.best.hypothesis.effects.len()];
     }
-    let Some(best) = data_cost(&held, &found.best) else { return vec![false; found.without.len()] };
+    let Some(best) = data_cost(&held, &found.best.hypothesis) else { return vec![false; found.without.len()] };
     let better = |(place, without): (usize, &Option<Fit>)| {
         without.as_ref().is_none_or(|without| {
-            data_cost(&held, without).is_some_and(|cost| best < cost + allowance(without, &found.best))
-        }) || needs_no_confirmation(problem, &held, found, place)
+            data_cost(&held, &without.hypothesis).is_some_and(|cost| best < cost + allowance(without, &found.best))
+        }) || needs_no_confirmation(problem, &held, found, best, place)
     };
     found.without.iter().enumerate().map(better).collect()
 }
 
 /// Whether the part held back shows nothing at all of a cause, because that acts on a part of the stroke only, and the rest of
-/// the log leaves no doubt about it.
-fn needs_no_confirmation(problem: &Problem<'_>, held: &Problem<'_>, found: &Found, place: usize) -> bool {
+/// the log leaves no doubt about it. `best`: what the part held back costs with all causes.
+fn needs_no_confirmation(problem: &Problem<'_>, held: &Problem<'_>, found: &Found, best: f64, place: usize) -> bool {
     let Some(effect) = found.best.hypothesis.effects.get(place).filter(|e| e.identification().acts_locally) else {
         return false;
     };
     let Some(Some(without)) = found.without.get(place) else { return false };
     let gained = without.cost(problem) - found.best.cost(problem);
-    let same = |hypothesis: Hypothesis| {
-        let cost = held.evaluate_as_is(hypothesis).map(|fit| fit.cost_in(held, held.judgeable));
-        cost.zip(data_cost(held, &found.best)).is_some_and(|(a, b)| (a - b).abs() < 1.0e-6)
-    };
     gained > constants::beyond_doubt() * required_gain(problem, &found.best, *effect)
-        && same(found.best.hypothesis.without(*effect, &[]))
+        && data_cost(held, &found.best.hypothesis.without(*effect, &[]))
+            .is_some_and(|cost| (cost - best).abs() < 1.0e-6)
 }
 
 /// By how much the part held back may be told worse with a cause than without it. A cause for which several nominal values
@@ -76,9 +70,9 @@ fn relieves_nominal_values(without: &Fit, with: &Fit) -> bool {
     without.prior_cost - with.prior_cost > constants::penalty_per_cause()
 }
 
-/// Minus the log-likelihood of a fit on some data, without priors.
-fn data_cost(on: &Problem<'_>, fit: &Fit) -> Option<f64> {
-    let fit = on.evaluate_as_is(fit.hypothesis.clone())?;
+/// Minus the log-likelihood of a hypothesis on some data, without priors.
+pub(crate) fn data_cost(on: &Problem<'_>, hypothesis: &Hypothesis) -> Option<f64> {
+    let fit = on.evaluate_as_is(hypothesis.clone())?;
     Some(fit.cost_in(on, on.judgeable))
 }
 

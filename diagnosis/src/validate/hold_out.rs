@@ -345,7 +345,7 @@ impl Line {
     fn at_zero(&self) -> (f64, f64) {
         let spread = self.count * self.tt - self.t * self.t;
         if spread <= 0.0 {
-            return (self.e / self.count.max(1.0), 0.0);
+            return (self.mean(), 0.0);
         }
         let slope = (self.count * self.te - self.t * self.e) / spread;
         ((self.e - slope * self.t) / self.count, slope)

@@ -1,7 +1,7 @@
 //! The best supported model: all effects of the catalogue that lower the error on the part of the log held back, named or
 //! not. A name asks whether an effect is there; this asks which model predicts the rig best.
 
-use super::confirmation::beyond_floor;
+use super::confirmation::{self, beyond_floor};
 use super::hold_out::{self, Comparison};
 use crate::constants;
 use crate::data::channel::Channels;
@@ -15,9 +15,9 @@ use plant_model::Effect;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
-/// Minus the log-likelihood of a fit on some data, without priors; infinite where it predicts nothing.
+/// What some data cost with a fit, see [`confirmation::data_cost`]; infinite where it predicts nothing.
 fn data_cost(on: &Problem<'_>, fit: &Fit) -> f64 {
-    let cost = on.evaluate_as_is(fit.hypothesis.clone()).map(|fit| fit.cost_in(on, on.judgeable));
+    let cost = confirmation::data_cost(on, &fit.hypothesis);
     cost.filter(|cost| cost.is_finite()).unwrap_or(f64::INFINITY)
 }
 
