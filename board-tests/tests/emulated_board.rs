@@ -3,8 +3,9 @@
 
 use board_tests::emulated::Emulated;
 use board_tests::{Bench as _, Check, Outcome};
-use scenarios::qemu::{build_for_target, skipped};
 use std::sync::OnceLock;
+use test_stages::firmware::build_for_target;
+use test_stages::skipped;
 
 fn board() -> Option<Emulated> {
     static ELF: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();

@@ -2,7 +2,7 @@
 
 use board_tests::table::{OnTheTable, port_name};
 use board_tests::{CHECKS, Outcome};
-use scenarios::qemu::skipped;
+use test_stages::skipped;
 
 #[test]
 fn a_board_on_the_table_passes_all_checks() {

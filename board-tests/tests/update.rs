@@ -8,8 +8,9 @@ use board_tests::{Bench as _, Session};
 use plant_sim::update::image::{FLASH, Image};
 use plant_sim::update::rom::{CHIP, RomError};
 use plant_sim::update::{PAGE_BYTES, write};
-use scenarios::qemu::{build_for_target, skipped};
 use std::sync::OnceLock;
+use test_stages::firmware::build_for_target;
+use test_stages::skipped;
 
 fn elf() -> Option<&'static [u8]> {
     static ELF: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();

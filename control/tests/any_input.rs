@@ -64,7 +64,7 @@ fn accepted_parameters() -> impl Strategy<Value = Parameters> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(test_stages::of(2000, 400) as u32) })]
 
     #[test]
     fn no_input_sequence_panics_or_leaves_the_range(

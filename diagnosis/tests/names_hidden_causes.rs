@@ -7,11 +7,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rig_files::{Column, Log, RigFile, Verdict};
 use synthesis::blind::{Class, Nominal, Plan, plans};
 use synthesis::{Case, Cause, Chain, Family, Law, Stated};
-
-/// `.ci/run` asks for everything; `cargo test` takes a part that sees each balance.
-fn everything() -> bool {
-    std::env::var_os("POSITIONER_TESTS").is_some_and(|which| which == "all")
-}
+use test_stages::{of, runs_long};
 
 fn cases(class: Class, nominal: Nominal, count: usize) -> Vec<(Plan, RigFile, Log, Vec<String>)> {
     plans(class, nominal, count, 20_261_120)
@@ -42,9 +38,7 @@ fn shuffled(id: &str) -> String {
 
 #[test]
 fn single_effects_are_named_first_and_alone_and_shuffled_names_would_not_pass() {
-    for (nominal, count) in
-        [(Nominal::Exact, if everything() { 5 } else { 4 }), (Nominal::TwoPercent, if everything() { 3 } else { 1 })]
-    {
+    for (nominal, count) in [(Nominal::Exact, of(5, 2)), (Nominal::TwoPercent, of(3, 1))] {
         for (plan, rig, log, hidden) in cases(Class::Single, nominal, count) {
             let diagnosis = found(&rig, &log);
             let named: Vec<_> = diagnosis.causes.iter().map(|c| (c.id.clone(), c.ties.clone())).collect();
@@ -83,6 +77,9 @@ fn recorded(causes: &[(Effect, [f64; 3])], tolerance: f64, begins_s: f64, durati
 /// Choked flow brings a conductance of its own: less in one direction is more in the other.
 #[test]
 fn fill_and_exhaust_are_tied_beside_choked_flow_and_the_plainer_one_is_named() {
+    if !runs_long("fill and exhaust tied beside choked flow") {
+        return;
+    }
     let causes = [(Effect::ChokedFlow, [0.35, 1.0, 0.0]), (Effect::ExhaustCoefficient, [1.3, 0.0, 0.0])];
     let (rig, log) = recorded(&causes, 0.0, 0.0, 20.0);
     let diagnosis = found(&rig, &log);
@@ -107,8 +104,7 @@ fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
 #[test]
 fn a_log_may_begin_in_the_middle_of_things() {
     for cause in [(Effect::ValveHysteresis, [0.15, 0.0, 0.0]), (Effect::SupplyDroop, [3.0e7, 0.3, 0.0])] {
-        let begins: &[f64] = if everything() { &[1.2, 2.1, 3.3, 4.7] } else { &[2.1] };
-        for begins_s in begins.iter().copied() {
+        for begins_s in [2.1, 1.2, 3.3, 4.7].into_iter().take(of(4, 1)) {
             let (rig, log) = recorded(&[cause], 0.0, begins_s, 15.0);
             let diagnosis = found(&rig, &log);
             let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
@@ -119,7 +115,7 @@ fn a_log_may_begin_in_the_middle_of_things() {
 
 #[test]
 fn logs_without_a_gap_raise_no_alarm() {
-    for (plan, rig, log, _) in cases(Class::Null, Nominal::TwoPercent, if everything() { 3 } else { 1 }) {
+    for (plan, rig, log, _) in cases(Class::Null, Nominal::TwoPercent, of(3, 1)) {
         let diagnosis = found(&rig, &log);
         assert_eq!(diagnosis.verdict, Verdict::NoGap, "{plan:?}: {:?}", diagnosis.causes);
         assert!(diagnosis.causes.is_empty());
@@ -128,7 +124,10 @@ fn logs_without_a_gap_raise_no_alarm() {
 
 #[test]
 fn effects_from_outside_the_catalogue_get_no_name() {
-    for (plan, rig, log, hidden) in cases(Class::Unknown, Nominal::Exact, if everything() { 2 } else { 1 }) {
+    if !runs_long("effects from outside the catalogue") {
+        return;
+    }
+    for (plan, rig, log, hidden) in cases(Class::Unknown, Nominal::Exact, 2) {
         let diagnosis = found(&rig, &log);
         assert!(diagnosis.causes.is_empty(), "{plan:?}: hidden {hidden:?}, named {:?}", diagnosis.causes);
     }

@@ -2,7 +2,7 @@
 //!
 //! The logs come from the independent simulator, from seeds written down here, so that they stay the same whatever the
 //! catalogue grows to. With `RECORDED=write` the file is written anew; every line that changes then needs a reason. With
-//! `POSITIONER_TESTS=all` all logs are diagnosed, else every thirteenth.
+//! `POSITIONER_TESTS=all` all logs are diagnosed, else a few.
 
 use diagnosis::{Diagnosis, diagnose};
 use plant_model::Effect;
@@ -14,8 +14,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use synthesis::{Case, Cause, Chain, Family, Foreign, Law, Stated, true_rig};
 
-/// Diagnosed when not all are.
-const EVERY: usize = 13;
+/// Of this many logs one is diagnosed where not all are.
+const EVERY: usize = 23;
 
 /// One log: what is hidden in it, on which rig, how well the values are known.
 struct Recorded {
@@ -144,7 +144,7 @@ fn line(name: &str, result: &Diagnosis) -> String {
 fn diagnoses_are_those_recorded() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/recorded/diagnoses.txt");
     let write = std::env::var("RECORDED").is_ok_and(|value| value == "write");
-    let all = write || std::env::var("POSITIONER_TESTS").is_ok_and(|value| value == "all");
+    let all = write || test_stages::all();
     let logs: Vec<Recorded> = logs().into_iter().step_by(if all { 1 } else { EVERY }).collect();
     let lines: Vec<String> = logs
         .par_iter()

@@ -8,13 +8,9 @@ use std::cell::Cell;
 use std::path::Path;
 use synthesis::blind::{Answer, Class, Named, Nominal, Outcome, Plan, plans, score};
 use synthesis::furnished;
+use test_stages::{of, runs_long};
 
 const SEED: u64 = 20_261_122;
-
-/// `.ci/run` asks for everything.
-fn everything() -> bool {
-    std::env::var_os("POSITIONER_TESTS").is_some_and(|which| which == "all")
-}
 
 fn answer(diagnosis: &Diagnosis) -> Answer {
     let named = diagnosis.causes.iter().map(|c| Named { id: c.id.clone(), parameters: vec![], ties: c.ties.clone() });
@@ -30,11 +26,14 @@ fn stands(class: Class) {
         Class::Slow => 3,
         _ => 1,
     };
-    let count = match (everything(), class) {
-        (true, _) => 10,
-        (false, Class::Slow) => 4,
-        (false, _) => 2,
-    };
+    // Slow loops are searched the longest.
+    let count = of(4, if class == Class::Slow { 0 } else { 1 });
+    if count == 0 {
+        test_stages::skipped(
+            &format!("recordings: {class:?}"),
+            "it takes minutes: .ci/run does it, and POSITIONER_TESTS=all",
+        );
+    }
     let (mut wrong, mut silent) = (Vec::new(), Vec::new());
     for nominal in Nominal::ALL {
         for plan in plans(class, nominal, count, SEED) {
@@ -83,10 +82,13 @@ fn small_but_plain_deviations_are_found() {
 /// over all rigs, at least 55 % must be closed; the goal is 80 % of each, see `docs/diagnosis.md` for what was measured.
 #[test]
 fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
+    if !runs_long("a rig with everything") {
+        return;
+    }
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsbc-32-200.toml");
     let sheet = RigFile::read(&file).expect("a shipped rig");
     let mut sums = [0.0; 2];
-    for seed in SEED..SEED + if everything() { 4 } else { 1 } {
+    for seed in SEED..SEED + 2 {
         let case = furnished(&sheet, 40.0, seed);
         let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
         // A slight incline is a constant force.
@@ -126,7 +128,7 @@ fn every(log: &Log, kept: usize) -> Log {
 
 #[test]
 fn a_thinned_log_without_a_gap_has_none() {
-    for which in 0..if everything() { 4 } else { 1 } {
+    for which in 0..of(4, 1) {
         let (plan, rig, log) = null(which);
         for kept in [2, 5, 10] {
             let found = diagnose(&rig, &every(&log, kept), &|_| {}).expect("a full log");
@@ -188,7 +190,7 @@ fn a_column_mapped_wrongly_is_named_with_its_remedy_and_nothing_is_searched() {
 #[test]
 fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
     for class in [Class::Null, Class::Single, Class::Pairs, Class::Unknown] {
-        for plan in plans(class, Nominal::TwoPercent, if everything() { 8 } else { 3 }, SEED) {
+        for plan in plans(class, Nominal::TwoPercent, of(8, 2), SEED) {
             let case = plan.draw();
             let found = check(&case.rig_file, &case.record().0).expect("a full log");
             let contradicts = |flaw: &&diagnosis::Flaw| flaw.weight == Weight::Contradiction;

@@ -1,16 +1,14 @@
 //! `plant-sim board --emulated` and `run --elf`: the commissioning of `docs/commissioning.md` walked from beginning to end, without a
 //! board. Skipped with a message where the target is not installed, and without POSITIONER_TESTS=all.
 
-#[path = "../../tests/src/firmware_file.rs"]
-#[allow(dead_code, unreachable_pub, reason = "a module of another crate, of which this test needs a part")]
-mod firmware_file;
-
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use test_stages::firmware::build_for_target;
+use test_stages::skipped;
 
 fn elf() -> Option<PathBuf> {
-    firmware_file::build_for_target("firmware").map_err(|why| firmware_file::skipped("commissioning", &why)).ok()
+    build_for_target("firmware").map_err(|why| skipped("commissioning", &why)).ok()
 }
 
 fn plant_sim(arguments: &[&str], input: &str) -> Output {

@@ -13,7 +13,6 @@
 
 pub mod emulated;
 pub mod fault;
-pub mod firmware_file;
 pub mod listing;
 pub mod qemu;
 pub mod reliability;

@@ -16,8 +16,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
-pub use crate::firmware_file::{build_for_target, skipped};
-
 /// Builds the guest and returns its ELF file.
 ///
 /// # Errors
@@ -36,7 +34,7 @@ fn build() -> Result<PathBuf, String> {
     if !runs("mkfifo") {
         return Err("mkfifo is not installed".into());
     }
-    build_for_target("firmware-qemu")
+    test_stages::firmware::build_for_target("firmware-qemu")
 }
 
 /// A running guest.

@@ -165,10 +165,10 @@ impl Program {
 
 #[test]
 fn the_control_interrupt_cannot_panic_divide_64_bits_or_call_the_unknown_and_the_firmware_fits() {
-    let elf = match scenarios::qemu::build_for_target("firmware") {
+    let elf = match test_stages::firmware::build_for_target("firmware") {
         Ok(path) => path,
         Err(why) => {
-            return scenarios::qemu::skipped("what the linked firmware contains", &why);
+            return test_stages::skipped("what the linked firmware contains", &why);
         }
     };
     let bytes = std::fs::read(&elf).expect("firmware");

@@ -26,7 +26,6 @@ use object::{Object, ObjectSymbol};
 use plant_model::{Simulator, Stepper, Tolerance};
 use plant_sim::sensors::{CodeNoise, SensorChannel, channels, quantities};
 use rig_files::RigFile;
-use scenarios::qemu::{build_for_target, skipped};
 use stm32_emulator::analog::{Analog, share_of};
 use stm32_emulator::core::Stop;
 use stm32_emulator::machine::Machine;
@@ -35,6 +34,8 @@ use stm32_emulator::peripherals::adc::Conversion;
 use stm32_emulator::peripherals::rcc::ResetCause;
 use stm32_emulator::rtt;
 use stm32_emulator::time::{Time, from_seconds, to_seconds};
+use test_stages::firmware::build_for_target;
+use test_stages::skipped;
 
 /// The control interrupt: exception 16 plus interrupt 18.
 const CONTROL_INTERRUPT: u32 = 34;

@@ -5,9 +5,10 @@
 
 use scenarios::emulated::EmulatedTarget;
 use scenarios::listing::{assert_complete, assert_fulfilled, named};
-use scenarios::qemu::{build_for_target, skipped};
 use scenarios::{run_observed, tests_by_name};
 use std::sync::{Once, OnceLock};
+use test_stages::firmware::build_for_target;
+use test_stages::skipped;
 
 fn elf() -> Option<&'static [u8]> {
     static ELF: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();

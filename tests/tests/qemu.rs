@@ -7,10 +7,11 @@ use firmware_core::lockstep::Counts;
 use firmware_core::{BenchPlant, mode_number};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::Log;
-use scenarios::qemu::{QemuTarget, guest, skipped};
+use scenarios::qemu::{QemuTarget, guest};
 use scenarios::{Sample, Scenario, Target, host_target, listing, run_observed};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
+use test_stages::skipped;
 
 /// The tick in which bench mode is armed: past the self-test.
 const ARMED_AT: u32 = 1000;

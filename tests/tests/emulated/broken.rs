@@ -11,10 +11,10 @@ use super::{Bench, CONTROL_INTERRUPT, MILLISECOND, symbol};
 fn elf() -> Option<&'static [u8]> {
     static ELF: OnceLock<Result<Vec<u8>, String>> = OnceLock::new();
     let built = ELF.get_or_init(|| {
-        let path = scenarios::firmware_file::build_broken()?;
+        let path = test_stages::firmware::build_broken()?;
         Ok(std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
     });
-    built.as_deref().map_err(|why| scenarios::firmware_file::skipped("broken firmware", why)).ok()
+    built.as_deref().map_err(|why| test_stages::skipped("broken firmware", why)).ok()
 }
 
 /// A board whose firmware has this fault; 0 is none.

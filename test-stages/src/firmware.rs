@@ -1,17 +1,10 @@
 //! The firmware as a file: built on demand, for tests of several packages.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 const PROFILE: &str = "firmware";
-
-/// Says that a test is skipped and why, past the test runner, which shows nothing of a test that passes.
-pub fn skipped(test: &str, why: &str) {
-    // Where standard error is closed nobody can be told.
-    let _ = writeln!(std::io::stderr(), "skipped: {test}: {why}");
-}
 
 /// Builds a package for the microcontroller, as `cargo fw` does, and returns its ELF file.
 ///
@@ -36,7 +29,7 @@ pub fn build_broken() -> Result<PathBuf, String> {
 }
 
 fn build(package: &str, more: &[&str]) -> Result<PathBuf, String> {
-    if std::env::var_os("POSITIONER_TESTS").is_none_or(|which| which != "all") {
+    if !crate::all() {
         return Err("it builds the firmware, which takes minutes: .ci/run does, and POSITIONER_TESTS=all".into());
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
