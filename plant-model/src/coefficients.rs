@@ -12,6 +12,8 @@ use crate::hose::Hose;
 pub struct Coefficients<R> {
     /// Polytropic exponent of both balances: gamma, or n under `heat-transfer`.
     pub exponent: R,
+    /// Temperature of the supply and of the walls, K.
+    pub temperature_k: R,
     /// Atmospheric pressure, Pa absolute.
     pub atmosphere_pa: R,
     /// Nominal supply pressure, Pa absolute.

@@ -45,6 +45,10 @@ pub struct State<R> {
     pub p_a_sensed_pa: R,
     /// Pressure of B behind the sensor's lag, Pa absolute, offset not included (`pressure-lag`).
     pub p_b_sensed_pa: R,
+    /// How much warmer the air of A is than the supply, relative to the supply's temperature (`wall-heat`).
+    pub warmth_a: R,
+    /// How much warmer the air of B is than the supply, relative to the supply's temperature (`wall-heat`).
+    pub warmth_b: R,
 }
 
 /// What acts on the plant from outside, constant over an integration step.
@@ -121,6 +125,7 @@ impl<R: Real> Plant<R> {
         let (v, c, f, g, h) = (&rig.valve, &rig.cylinder, &rig.friction, &rig.gas, &rig.hoses);
         Coefficients {
             exponent: rig.gas.heat_capacity_ratio,
+            temperature_k: rig.gas.temperature_k,
             atmosphere_pa: rig.supply.atmosphere_pa,
             supply_pa: rig.supply.pressure_pa,
             dead_zone: DeadZone {

@@ -1,8 +1,8 @@
 //! The right-hand side: every equation's rate and its partial derivatives, evaluated in one pass.
 
-use crate::chamber::Volume;
-use crate::effects::Added;
+use crate::chamber::{PressureRate, Volume};
 use crate::effects::terms::{Chamber, ChamberFlow, Force, Seal, Side, Term};
+use crate::effects::{Added, WarmthRate};
 use crate::friction::Level;
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
@@ -54,6 +54,23 @@ pub(crate) struct Jacobian<R> {
     pub(crate) supply_spool: R,
     /// By the pressure of the chamber that is being filled.
     pub(crate) supply_filled: R,
+    pub(crate) warmth_a: WarmthRow<R>,
+    pub(crate) warmth_b: WarmthRow<R>,
+}
+
+/// Partial derivatives of the warmth of a chamber's air, and that of the chamber's pressure by it; zero unless the air has
+/// a temperature of its own.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct WarmthRow<R> {
+    pub(crate) by_warmth: R,
+    pub(crate) by_pressure: R,
+    pub(crate) by_other_pressure: R,
+    pub(crate) by_velocity: R,
+    pub(crate) by_position: R,
+    pub(crate) by_supply: R,
+    pub(crate) by_spool: R,
+    /// Derivative of the pressure's rate by the warmth, Pa/s.
+    pub(crate) pressure_by_warmth: R,
 }
 
 impl<R: Real> Plant<R> {
@@ -98,6 +115,9 @@ impl<R: Real> Plant<R> {
             state.p_a_sensed_pa = state.p_a_pa;
             state.p_b_sensed_pa = state.p_b_pa;
         }
+        if !added.wall_heat.is_present() {
+            (state.warmth_a, state.warmth_b) = (R::ZERO, R::ZERO);
+        }
     }
 
     /// [`Plant::settle`] for a plant that uses none of the additional states.
@@ -107,6 +127,7 @@ impl<R: Real> Plant<R> {
         state.p_sup_pa = drive.supply_pa;
         state.p_a_sensed_pa = state.p_a_pa;
         state.p_b_sensed_pa = state.p_b_pa;
+        (state.warmth_a, state.warmth_b) = (R::ZERO, R::ZERO);
     }
 
     #[inline]
@@ -196,6 +217,27 @@ impl<R: Real> Plant<R> {
         self.evaluate::<EXTENDED, true>(state, drive, held)
     }
 
+    /// Rates of a chamber's pressure (3.6, 3.7) and of its air's warmth, which stays zero in the paper's model. `growth` is the
+    /// velocity with which the chamber of this area grows.
+    #[inline(always)]
+    fn gas_rates<const EXTENDED: bool>(
+        &self,
+        (volume, area_m2): (&Volume<R>, R),
+        p: R,
+        growth: R,
+        flow: &ChamberFlow<R>,
+        warmth: R,
+    ) -> (PressureRate<R>, WarmthRate<R>) {
+        if EXTENDED
+            && let Some(law) = &self.added.wall_heat.law
+            && area_m2 > R::ZERO
+        {
+            return law.rates((volume, area_m2), self.energy, p, growth, flow, warmth);
+        }
+        let (q, by_p) = (flow.mass_flow, flow.by_chamber);
+        (volume.pressure_rate(self.model.exponent, self.energy, p, growth, q, by_p), WarmthRate::default())
+    }
+
     #[inline(always)]
     fn evaluate<const EXTENDED: bool, const PARTIALS: bool>(
         &self,
@@ -242,8 +284,8 @@ impl<R: Real> Plant<R> {
         }
 
         let (volume_a, volume_b) = self.volumes::<EXTENDED>(y);
-        let rate_a = volume_a.pressure_rate(m.exponent, self.energy, p_a, v, flow_a.mass_flow, flow_a.by_chamber);
-        let rate_b = volume_b.pressure_rate(m.exponent, self.energy, p_b, -v, flow_b.mass_flow, flow_b.by_chamber);
+        let (rate_a, warmth_a) = self.gas_rates::<EXTENDED>((&volume_a, m.area_a_m2), p_a, v, &flow_a, state.warmth_a);
+        let (rate_b, warmth_b) = self.gas_rates::<EXTENDED>((&volume_b, m.area_b_m2), p_b, -v, &flow_b, state.warmth_b);
 
         let driving = self.driving_force::<EXTENDED>(state, drive);
         let acceleration = (driving.force_n - friction.force_n) * self.inverse_mass;
@@ -262,6 +304,7 @@ impl<R: Real> Plant<R> {
             rates.p_sup_pa = self.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
             rates.p_a_sensed_pa = self.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
             rates.p_b_sensed_pa = self.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);
+            (rates.warmth_a, rates.warmth_b) = (warmth_a.rate, warmth_b.rate);
         }
 
         let mut jacobian = Jacobian::default();
@@ -308,6 +351,21 @@ impl<R: Real> Plant<R> {
                 let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
                 (jacobian.supply_supply, jacobian.supply_spool, jacobian.supply_filled) =
                     self.added.supply_droop.partials(&drawn, gain);
+                if self.added.wall_heat.is_present() {
+                    let row =
+                        |rate: &WarmthRate<R>, valve: &Flow<R>, flow: &ChamberFlow<R>, gain: R, grows: R| WarmthRow {
+                            by_warmth: rate.by_warmth,
+                            by_pressure: rate.by_pressure,
+                            by_other_pressure: flow.by_other * rate.by_mass_flow,
+                            by_velocity: grows * rate.by_growth,
+                            by_position: grows * (rate.by_displacement + valve.by_distance * rate.by_mass_flow),
+                            by_supply: valve.by_supply * rate.by_mass_flow,
+                            by_spool: gain * rate.by_mass_flow,
+                            pressure_by_warmth: rate.pressure_by_warmth,
+                        };
+                    jacobian.warmth_a = row(&warmth_a, &valve_a, &flow_a, gain_a, R::ONE);
+                    jacobian.warmth_b = row(&warmth_b, &valve_b, &flow_b, gain_b, -R::ONE);
+                }
             }
         }
         (rates, jacobian)

@@ -15,9 +15,10 @@
 //! Jacobian would still integrate, but at a lower order that the error estimate does not see: a test compares with
 //! finite differences.
 
+use crate::effects::terms::Term;
 use crate::plant::{Plant, State};
 use crate::real::Real;
-use crate::right_hand_side::{Drive, Jacobian};
+use crate::right_hand_side::{Drive, Jacobian, WarmthRow};
 
 /// The linear systems of one step, `(1/(gamma h) - J) k = r`, eliminated towards the velocity: `k_v` is a weighted sum of the
 /// right-hand side, everything else follows from `k_v`. All weights are computed once a step; a solution then costs
@@ -61,6 +62,50 @@ struct Extra<R> {
     b_supply: R,
     sensed: R,
     sensed_gain: R,
+    /// Present where the chambers' air has a temperature of its own.
+    warmths: Option<[Warmth<R>; 2]>,
+}
+
+/// A warmth is a leaf of the arrow: its equation is solved for it and put into that of the chamber's pressure, the only
+/// other one in which it stands.
+#[derive(Clone, Copy)]
+struct Warmth<R> {
+    row: WarmthRow<R>,
+    inverse: R,
+    /// What the warmth's right-hand side, and all that it depends on, adds to the pressure's equation.
+    into_pressure: R,
+}
+
+impl<R: Real> Warmth<R> {
+    fn new(row: &WarmthRow<R>, diagonal: R) -> Self {
+        let inverse = R::ONE / (diagonal - row.by_warmth);
+        Self { row: *row, inverse, into_pressure: row.pressure_by_warmth * inverse }
+    }
+
+    fn solve(&self, right: R, [own, other]: [R; 2], k: &State<R>) -> R {
+        let r = &self.row;
+        let gas = r.by_pressure * own + r.by_other_pressure * other;
+        let motion = r.by_velocity * k.v_m_per_s + r.by_position * k.y_m;
+        (right + gas + motion + r.by_supply * k.p_sup_pa + r.by_spool * k.spool_v) * self.inverse
+    }
+}
+
+/// The Jacobian with both warmths eliminated.
+fn without_warmth<R: Real>(jacobian: &Jacobian<R>, [a, b]: &[Warmth<R>; 2]) -> Jacobian<R> {
+    let mut j = *jacobian;
+    j.a_a += a.into_pressure * a.row.by_pressure;
+    j.a_b += a.into_pressure * a.row.by_other_pressure;
+    j.a_v += a.into_pressure * a.row.by_velocity;
+    j.a_y += a.into_pressure * a.row.by_position;
+    j.a_supply += a.into_pressure * a.row.by_supply;
+    j.a_spool += a.into_pressure * a.row.by_spool;
+    j.b_b += b.into_pressure * b.row.by_pressure;
+    j.b_a += b.into_pressure * b.row.by_other_pressure;
+    j.b_v += b.into_pressure * b.row.by_velocity;
+    j.b_y += b.into_pressure * b.row.by_position;
+    j.b_supply += b.into_pressure * b.row.by_supply;
+    j.b_spool += b.into_pressure * b.row.by_spool;
+    j
 }
 
 impl<R: Real> Extra<R> {
@@ -83,6 +128,7 @@ impl<R: Real> Extra<R> {
             b_supply: j.b_supply,
             sensed: R::ONE / (diagonal + sensed_gain),
             sensed_gain,
+            warmths: None,
         }
     }
 }
@@ -94,10 +140,17 @@ impl<R: Real> Stages<R> {
         let zero = R::ZERO;
         let inverse_y = gamma_h;
         let mut extra = Extra::default();
+        let folded;
+        let (mut j, mut warmths) = (j, None);
+        if EXTENDED && plant.added.wall_heat.is_present() {
+            let pair = [Warmth::new(&j.warmth_a, diagonal), Warmth::new(&j.warmth_b, diagonal)];
+            folded = without_warmth(j, &pair);
+            (j, warmths) = (&folded, Some(pair));
+        }
         let (diagonal_a, diagonal_b) = (diagonal - j.a_a, diagonal - j.b_b);
         let (a_a, a_b, b_b, b_a);
         if EXTENDED {
-            extra = Extra::new(plant, j, diagonal);
+            extra = Extra { warmths, ..Extra::new(plant, j, diagonal) };
             let (diagonal_a, diagonal_b) =
                 (diagonal_a - j.a_supply * extra.filled_a, diagonal_b - j.b_supply * extra.filled_b);
             let inverse_determinant = R::ONE / (diagonal_a * diagonal_b - j.a_b * j.b_a);
@@ -179,6 +232,10 @@ impl<R: Real> Stages<R> {
             k.p_sup_pa = (r.p_sup_pa + x.supply_spool * k.spool_v) * x.supply;
             r_a += x.a_spool * k.spool_v + x.a_supply * k.p_sup_pa;
             r_b += x.b_spool * k.spool_v + x.b_supply * k.p_sup_pa;
+            if let Some([warmth_a, warmth_b]) = &x.warmths {
+                r_a += warmth_a.into_pressure * r.warmth_a;
+                r_b += warmth_b.into_pressure * r.warmth_b;
+            }
         }
         let v = (self.v_v * r.v_m_per_s + self.v_y * r.y_m) + (self.v_a * r_a + self.v_b * r_b) + self.v_z * r.z_m;
         k.v_m_per_s = v;
@@ -196,6 +253,10 @@ impl<R: Real> Stages<R> {
             k.p_sup_pa += x.filled_a * k.p_a_pa + x.filled_b * k.p_b_pa;
             k.p_a_sensed_pa = (r.p_a_sensed_pa + x.sensed_gain * k.p_a_pa) * x.sensed;
             k.p_b_sensed_pa = (r.p_b_sensed_pa + x.sensed_gain * k.p_b_pa) * x.sensed;
+            if let Some([warmth_a, warmth_b]) = &x.warmths {
+                k.warmth_a = warmth_a.solve(r.warmth_a, [k.p_a_pa, k.p_b_pa], &k);
+                k.warmth_b = warmth_b.solve(r.warmth_b, [k.p_b_pa, k.p_a_pa], &k);
+            }
         }
         k
     }
@@ -218,6 +279,8 @@ impl<R: Real> State<R> {
             product.p_sup_pa = factor * self.p_sup_pa;
             product.p_a_sensed_pa = factor * self.p_a_sensed_pa;
             product.p_b_sensed_pa = factor * self.p_b_sensed_pa;
+            product.warmth_a = factor * self.warmth_a;
+            product.warmth_b = factor * self.warmth_b;
         }
         product
     }
@@ -238,6 +301,8 @@ impl<R: Real> State<R> {
             sum.p_sup_pa = self.p_sup_pa + factor * other.p_sup_pa;
             sum.p_a_sensed_pa = self.p_a_sensed_pa + factor * other.p_a_sensed_pa;
             sum.p_b_sensed_pa = self.p_b_sensed_pa + factor * other.p_b_sensed_pa;
+            sum.warmth_a = self.warmth_a + factor * other.warmth_a;
+            sum.warmth_b = self.warmth_b + factor * other.warmth_b;
         }
         sum
     }
@@ -310,24 +375,38 @@ pub(crate) fn rodas3<R: Real, const EXTENDED: bool>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::terms::Term;
     use crate::effects::{Effect, Effects};
     use crate::plant::Inputs;
     use crate::rig::Rig;
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const STATES: usize = 9;
+    const STATES: usize = 11;
     /// Sizes for which a change is felt, by component: for difference quotients.
-    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5];
+    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1];
 
     fn to_array(s: &State<f64>) -> [f64; STATES] {
-        [s.y_m, s.v_m_per_s, s.p_a_pa, s.p_b_pa, s.z_m, s.spool_v, s.p_sup_pa, s.p_a_sensed_pa, s.p_b_sensed_pa]
+        let gas = [s.p_a_sensed_pa, s.p_b_sensed_pa, s.warmth_a, s.warmth_b];
+        let [sensed_a, sensed_b, warmth_a, warmth_b] = gas;
+        [s.y_m, s.v_m_per_s, s.p_a_pa, s.p_b_pa, s.z_m, s.spool_v, s.p_sup_pa, sensed_a, sensed_b, warmth_a, warmth_b]
     }
 
     fn to_state(x: &[f64; STATES]) -> State<f64> {
-        let [y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, p_a_sensed_pa, p_b_sensed_pa] = *x;
-        State { y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, p_a_sensed_pa, p_b_sensed_pa }
+        let [y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b] =
+            *x;
+        State {
+            y_m,
+            v_m_per_s,
+            p_a_pa,
+            p_b_pa,
+            z_m,
+            spool_v,
+            p_sup_pa,
+            p_a_sensed_pa,
+            p_b_sensed_pa,
+            warmth_a,
+            warmth_b,
+        }
     }
 
     /// `(2/h - J) k` by difference quotients along `k`; `None` where the right-hand side has a kink nearby.
@@ -383,7 +462,8 @@ mod tests {
             u in (-3.0f64..3.0, -3.0f64..3.0),
             h in prop_oneof![Just(1e-5f64), Just(1e-3)],
             bought in 0..4u8,
-            r in proptest::array::uniform9(-1.0f64..1.0),
+            warmths in (-0.15f64..0.15, -0.15f64..0.15),
+            r in proptest::array::uniform11(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
             rig.friction.damping_n_s_per_m = 450.0;
@@ -414,13 +494,14 @@ mod tests {
             let Ok(plant) = Plant::new(&rig, &effects) else { return Ok(()) };
             let inputs = Inputs { u_v: u.0, external_force_n: 3.0, supply_pa: 7e5 };
             let drive = plant.drive(&inputs);
-            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0]);
+            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1]);
             plant.settle(&mut state, &drive);
             // States that follow their sources at once have no rate: their right-hand side is zero.
             let mut right: [f64; STATES] = core::array::from_fn(|i| r[i] * SCALE[i] / h);
             if !plant.added.valve_lag.is_present() { right[5] = 0.0; }
             if !plant.added.supply_droop.is_present() { right[6] = 0.0; }
             if !plant.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
+            if !plant.added.wall_heat.is_present() { right[9] = 0.0; right[10] = 0.0; }
 
             let check = |k: State<f64>, rates: &dyn Fn(&State<f64>) -> State<f64>| {
                 let Some(back) = multiplied(rates, &state, &k, h) else { return Ok(()) };

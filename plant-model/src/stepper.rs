@@ -83,6 +83,9 @@ pub struct Stepper<R> {
 const MAX_STEPS: u32 = 100_000;
 /// Smallest step, s: a floor against an error estimate that cannot be met in the scalar's precision.
 const MIN_STEP_S: f64 = 1.0e-8;
+/// A chamber's pressure, as far as a relative change of it stands for one of the temperature, Pa: half a usual supply's. The
+/// tolerance of a warmth is that of the pressure over it.
+const WARMTH_PRESSURE_PA: f64 = 3.0e5;
 /// How far the piston may run past an end stop before the impact is located more closely, m.
 const STOP_TOLERANCE_M: f64 = 1.0e-7;
 
@@ -310,7 +313,9 @@ impl<R: Real> State<R> {
     fn is_physical(&self) -> bool {
         let motion = self.y_m + self.v_m_per_s + self.z_m + self.spool_v;
         let pressures = self.p_a_pa + self.p_b_pa + self.p_sup_pa + self.p_a_sensed_pa + self.p_b_sensed_pa;
-        (motion + pressures).is_finite() && self.p_a_pa > R::ZERO && self.p_b_pa > R::ZERO
+        let temperatures = self.warmth_a > -R::ONE && self.warmth_b > -R::ONE;
+        let finite = (motion + pressures + self.warmth_a + self.warmth_b).is_finite();
+        finite && temperatures && self.p_a_pa > R::ZERO && self.p_b_pa > R::ZERO
     }
 }
 
@@ -328,6 +333,9 @@ impl<R: Real> Weights<R> {
         if EXTENDED {
             sum += square(error.spool_v, self.spool) + square(error.p_sup_pa, self.pressure);
             sum += square(error.p_a_sensed_pa, self.pressure) + square(error.p_b_sensed_pa, self.pressure);
+            // Warmth and pressure err alike where a relative change of one is as large as one of the other.
+            let warmth = self.pressure * R::of(WARMTH_PRESSURE_PA);
+            sum += square(error.warmth_a, warmth) + square(error.warmth_b, warmth);
         }
         sum
     }

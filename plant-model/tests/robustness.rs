@@ -106,8 +106,9 @@ fn any_effects() -> impl Strategy<Value = Effects<f64>> {
 fn check(simulator: &Simulator<f64>, tick: usize) -> Result<(), TestCaseError> {
     let s = *simulator.state();
     let plant = simulator.plant();
-    let all = [s.y_m, s.v_m_per_s, s.p_a_pa, s.p_b_pa, s.z_m, s.spool_v, s.p_sup_pa, s.p_a_sensed_pa, s.p_b_sensed_pa];
-    prop_assert!(all.iter().all(|x| x.is_finite()), "tick {}: {:?}", tick, s);
+    let gas = [s.p_a_pa, s.p_b_pa, s.p_sup_pa, s.p_a_sensed_pa, s.p_b_sensed_pa, s.warmth_a, s.warmth_b];
+    let all = [s.y_m, s.v_m_per_s, s.z_m, s.spool_v];
+    prop_assert!(all.iter().chain(&gas).all(|x| x.is_finite()), "tick {}: {:?}", tick, s);
     let (v_a, v_b) = plant.volumes_m3(s.y_m);
     prop_assert!(v_a > 0.0 && v_b > 0.0);
     prop_assert!(s.p_a_pa > 0.0 && s.p_b_pa > 0.0, "tick {}: {:?}", tick, s);

@@ -44,6 +44,7 @@ impl Physics {
             table_closed_v: closed(rig.opening.points()),
             bent: None,
             choked: None,
+            walls: None,
             droop: 0.0,
             droop_s: 1.0,
             area_a: c.area_a_m2,
@@ -142,7 +143,6 @@ impl Physics {
             Foreign::SupplyPulsation => out.pulsation = Some(*p),
             Foreign::FrictionDrift => out.running_in = Some(*p),
             Foreign::SpoolSlew => out.slew = Some(p[0]),
-            Foreign::WallHeat => out.walls = Some(p[0]),
         }
     }
 

@@ -21,9 +21,6 @@ pub enum Foreign {
     FrictionDrift,
     /// The spool moves at a limited rate.
     SpoolSlew,
-    /// The air has a temperature of its own and exchanges heat with the walls. The catalogue has an approximation of it,
-    /// `heat-transfer`: so it is none of [`Foreign::ALL`].
-    WallHeat,
 }
 
 /// Name, range and meaning of one parameter of a foreign effect.
@@ -66,14 +63,13 @@ impl Foreign {
             Self::SupplyPulsation => "foreign-supply-pulsation",
             Self::FrictionDrift => "foreign-friction-drift",
             Self::SpoolSlew => "foreign-spool-slew",
-            Self::WallHeat => "foreign-wall-heat",
         }
     }
 
     /// The effect with this identifier.
     #[must_use]
     pub fn from_id(id: &str) -> Option<Self> {
-        Self::ALL.into_iter().chain([Self::WallHeat]).find(|foreign| foreign.id() == id)
+        Self::ALL.into_iter().find(|foreign| foreign.id() == id)
     }
 
     /// Its two parameters with the range of everyday strength. Where a range spans both signs the middle third is left
@@ -92,8 +88,6 @@ impl Foreign {
             Self::SupplyPulsation => [parameter("amplitude_pa", 2.0e4, 6.0e4), parameter("frequency_hz", 0.3, 2.0)],
             Self::FrictionDrift => [parameter("lost_ratio", 0.4, 0.7), parameter("time_constant_s", 8.0, 20.0)],
             Self::SpoolSlew => [parameter("rate_v_per_s", 60.0, 150.0), unused],
-            // 0: adiabatic, with temperatures that follow from it.
-            Self::WallHeat => [parameter("coefficient_w_per_m2_k", 20.0, 100.0), unused],
         }
     }
 }

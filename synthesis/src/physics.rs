@@ -61,6 +61,8 @@ pub struct Physics {
     pub(crate) breakaway: f64,
     pub(crate) y_delay_s: f64,
     pub(crate) sensor_s: f64,
+    /// Heat transfer coefficient of the walls, W/(m2 K): the air's temperature is then a state.
+    pub(crate) walls: Option<f64>,
     /// Catalogue effects in its order, with their values.
     pub(crate) present: Vec<Present>,
     pub(crate) outside: Outside,
@@ -84,8 +86,6 @@ pub(crate) struct Outside {
     pub(crate) running_in: Option<[f64; 2]>,
     /// V/s.
     pub(crate) slew: Option<f64>,
-    /// Heat transfer coefficient of the walls, W/(m2 K): the air's temperature is then a state.
-    pub(crate) walls: Option<f64>,
 }
 
 /// A part of the load that is not rigidly attached.

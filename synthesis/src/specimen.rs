@@ -206,10 +206,12 @@ impl Specimen {
             let least = 0.005 * area * (2.0 * ph.half_stroke);
             let growth = if volume > least { growth } else { 0.0 };
             let volume = volume.max(least);
-            let Some(coefficient) = ph.outside.walls else {
+            let Some(coefficient) = ph.walls else {
                 return [(heat * q - ph.exponent * p * area * growth) / volume, 0.0];
             };
-            // Air comes in as warm as the supply and leaves as warm as it is; walls of the supply's temperature.
+            // Air comes in as warm as the supply and leaves as warm as it is, through the same opening the faster the colder it
+            // is; walls of the supply's temperature.
+            let q = if q > 0.0 { q } else { q * (temperature / t).sqrt() };
             let carried = ph.gas_constant * ph.exponent * q * if q > 0.0 { temperature } else { t };
             let walls = 2.0 * area + 2.0 * (std::f64::consts::PI * area).sqrt() * volume / area;
             let gained = (ph.exponent - 1.0) * coefficient * walls * (temperature - t);

@@ -1,13 +1,18 @@
 //! Air with a temperature of its own: without heat exchange it is adiabatic, with much of it isothermal.
 
+use plant_model::Effect;
 use rig_files::RigFile;
-use synthesis::{Cause, Foreign, Physics, Specimen};
+use synthesis::{Cause, Physics, Specimen};
 
 /// How far `p V^n` of a sealed chamber A strays while the piston swings to rest, as a part of it.
 fn strays(coefficient: f64, exponent: f64) -> f64 {
     let rig = RigFile::paper_c().rig;
-    let mut specimen =
-        Specimen::new(Physics::new(&rig, &[Cause::Foreign(Foreign::WallHeat, [coefficient, 0.0])]), 0.0, 5.0e5, 3.0e5);
+    let mut specimen = Specimen::new(
+        Physics::new(&rig, &[Cause::Catalogue(Effect::WallHeat, [coefficient, 0.0, 0.0])]),
+        0.0,
+        5.0e5,
+        3.0e5,
+    );
     let invariant = |specimen: &Specimen| {
         let volume = rig.cylinder.volume_a0_m3 + rig.cylinder.area_a_m2 * specimen.y_m();
         specimen.read().p_a_pa * volume.powf(exponent)

@@ -3,7 +3,7 @@
 use super::judged::judged;
 use crate::constants;
 use crate::data::record::{ChamberSignals, Record};
-use crate::data::split::Stretch;
+use crate::data::split::{Stretch, interrupted};
 use plant_model::{ChamberFlow, Plant, Side};
 
 /// The parameters that the effect of the motion on a chamber's air depends on.
@@ -48,6 +48,26 @@ pub(crate) struct Compression {
     pa_s_per_kg: Vec<f64>,
     /// Position between, m.
     y_m: Vec<f64>,
+}
+
+/// The compression over one interval.
+struct Stroke {
+    first_half: f64,
+    second_half: f64,
+    pa_s_per_kg: f64,
+    y_m: f64,
+}
+
+impl Compression {
+    #[inline(always)]
+    fn stroke(&self, place: usize) -> Stroke {
+        Stroke {
+            first_half: self.first_half[place],
+            second_half: self.second_half[place],
+            pa_s_per_kg: self.pa_s_per_kg[place],
+            y_m: self.y_m[place],
+        }
+    }
 }
 
 /// The compression within some stretches, in order.
@@ -99,18 +119,25 @@ pub(crate) fn innovations(
     side: Side,
     drive: &Drive<'_>,
 ) -> (Vec<f64>, f64) {
-    let is_a = side == Side::A;
-    let ChamberSignals { p_pa: measured, smooth, other, weight_per_pa: weights, noise_pa, doubt_pa } =
+    let ChamberSignals { p_pa: measured, smooth, weight_per_pa: weights, noise_pa, doubt_pa, .. } =
         record.chamber(side);
-    let beyond = if is_a { Side::B } else { Side::A };
     let sigma = noise_pa.max(constants::numerical_error_pa());
     let lag = plant.added().pressure_lag;
+    let has_warmth = plant.added().wall_heat.law.is_some();
 
     let mut out = Vec::with_capacity(drive.compression.first_half.len());
     let (mut next_stroke, mut log_widths) = (0, 0.0);
+    // The air keeps its temperature over the samples between two stretches: up to where it is known, and how warm it is.
+    let (mut known, mut warmth) = (0, 0.0);
     for stretch in stretches {
         let mut p = plant.true_pressure_pa(side, smooth.value[stretch.start], smooth.slope[stretch.start]);
         let mut sensed = plant.pressure_behind_lag_pa(side, smooth.value[stretch.start]);
+        if has_warmth {
+            let signals = [drive.openings, drive.supply_pa];
+            let between = warmths(record, plant, side, signals, (known, warmth), stretch.start + 1);
+            warmth = between.last().copied().unwrap_or(0.0);
+            known = stretch.end - 1;
+        }
         let mut settled = (record.t_s[stretch.start] + constants::settling_s()).max(record.valve_known_s);
         // Variance of the prediction by what is not known of the command, alike for all hypotheses.
         let mut doubt = 0.0;
@@ -151,18 +178,7 @@ pub(crate) fn innovations(
                 break;
             }
             let before = p;
-            p *= drive.compression.first_half[stroke];
-            let opening = drive.openings[k];
-            let fills = (opening >= 0.0) == is_a;
-            let y = drive.compression.y_m[stroke];
-            let flow = plant.valve_inflow(side, y, fills, opening.abs(), p, drive.supply_pa[k]);
-            let mut flow = ChamberFlow { mass_flow: flow.mass_flow, by_chamber: flow.by_chamber, by_other: 0.0 };
-            let p_beyond = other.value.get(k).map(|value| plant.true_pressure_pa(beyond, *value, other.slope[k]));
-            plant.add_flows(side, p, p_beyond, &mut flow);
-            flow.mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
-            let factor = drive.compression.pa_s_per_kg[stroke];
-            p += factor * flow.mass_flow / (1.0 - 0.5 * factor * flow.by_chamber);
-            p = (p * drive.compression.second_half[stroke]).max(1.0e3);
+            (p, warmth) = exchanged(record, plant, side, (drive, k), &drive.compression.stroke(stroke), (p, warmth));
             // The lag sees a pressure that changes linearly over the interval.
             sensed = if lag.time_constant_s > 1.0e-6 {
                 lag.over(sensed, before, p, dt, (-dt / lag.time_constant_s).exp())
@@ -172,6 +188,71 @@ pub(crate) fn innovations(
         }
     }
     (out, log_widths)
+}
+
+/// Pressure in Pa and warmth of a chamber's air after the interval behind sample `k`: half of the piston's way, the exchange of
+/// air (and heat), the other half.
+#[inline(always)]
+fn exchanged(
+    record: &Record,
+    plant: &Plant<f64>,
+    side: Side,
+    (drive, k): (&Drive<'_>, usize),
+    stroke: &Stroke,
+    (mut p, mut warmth): (f64, f64),
+) -> (f64, f64) {
+    let is_a = side == Side::A;
+    let beyond = if is_a { Side::B } else { Side::A };
+    let law = plant.added().wall_heat.law.as_ref();
+    if let Some(law) = law {
+        warmth = law.compressed(warmth, stroke.first_half);
+    }
+    p *= stroke.first_half;
+    let opening = drive.openings[k];
+    let fills = (opening >= 0.0) == is_a;
+    let flow = plant.valve_inflow(side, stroke.y_m, fills, opening.abs(), p, drive.supply_pa[k]);
+    let mut flow = ChamberFlow { mass_flow: flow.mass_flow, by_chamber: flow.by_chamber, by_other: 0.0 };
+    let other = record.chamber(side).other;
+    let p_beyond = other.value.get(k).map(|value| plant.true_pressure_pa(beyond, *value, other.slope[k]));
+    plant.add_flows(side, p, p_beyond, &mut flow);
+    flow.mass_flow += drive.added_kg_per_s.get(k).copied().unwrap_or(0.0);
+    let factor = stroke.pa_s_per_kg;
+    if let Some(law) = law {
+        let dt_s = record.interval_s(k);
+        let volume_m3 = plant.energy_j_per_kg() * dt_s / factor;
+        (p, warmth) = law.filled((p, warmth), &flow, factor, (plant.area_m2(side), volume_m3), dt_s);
+        warmth = law.compressed(warmth, stroke.second_half);
+    } else {
+        p += factor * flow.mass_flow / (1.0 - 0.5 * factor * flow.by_chamber);
+    }
+    ((p * stroke.second_half).max(1.0e3), warmth)
+}
+
+/// Warmth of a chamber's air at each sample from one where it is known up to an end: its pressure as measured, as warm as the
+/// supply after an interruption.
+pub(crate) fn warmths(
+    record: &Record,
+    plant: &Plant<f64>,
+    side: Side,
+    [openings, supply_pa]: [&[f64]; 2],
+    (start, mut warmth): (usize, f64),
+    end: usize,
+) -> Vec<f64> {
+    let geometry = Geometry::of(plant, side);
+    let stretch = Stretch { start, end, held_back: false };
+    let compression = compression(record, plant, &geometry, &[stretch]);
+    let drive = Drive { compression: &compression, openings, supply_pa, added_kg_per_s: &[] };
+    let smooth = record.chamber(side).smooth;
+    let mut out = Vec::with_capacity(stretch.range().len());
+    for (place, k) in stretch.range().enumerate() {
+        if interrupted(&record.t_s, k, record.quality.interval_s) {
+            warmth = 0.0;
+        }
+        out.push(warmth);
+        let p = plant.true_pressure_pa(side, smooth.value[k], smooth.slope[k]);
+        warmth = exchanged(record, plant, side, (&drive, k), &compression.stroke(place), (p, warmth)).1;
+    }
+    out
 }
 
 /// `x^n` for `x` close to one.

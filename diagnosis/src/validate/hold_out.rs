@@ -1,6 +1,6 @@
 //! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
 
-use crate::balances::{supply, valve};
+use crate::balances::{chamber, supply, valve};
 use crate::constants;
 use crate::data::prepare;
 use crate::data::record::Record;
@@ -68,7 +68,11 @@ impl<'a> Comparison<'a> {
                 let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
                 let predictions =
                     [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
-                let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[from..end].to_vec() };
+                let alike = Model {
+                    plant: extended.plant,
+                    supply_pa: extended.supply_pa[from..end].to_vec(),
+                    warmths: (extended.warmths.each_ref()).map(|all| all.get(from..end).unwrap_or_default().to_vec()),
+                };
                 let rows = record.rows_in(start..end);
                 // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors'
                 // noise, and by what noise and smoothing leave unknown about the initial state. Where the piston sticks,
@@ -131,13 +135,21 @@ fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 4]
 struct Model {
     plant: Plant<f64>,
     supply_pa: Vec<f64>,
+    /// Warmth of both chambers' air; empty where it is as warm as the supply.
+    warmths: [Vec<f64>; 2],
 }
 
 impl Model {
     fn new(record: &Record, plant: Plant<f64>, supply_sensor_pa: f64) -> Self {
         let openings = valve::openings(record, &plant);
         let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
-        Self { plant, supply_pa }
+        let warmths = if plant.added().wall_heat.law.is_some() {
+            let of = |side| chamber::warmths(record, &plant, side, [&openings, &supply_pa], (0, 0.0), record.len());
+            [of(Side::A), if plant.area_m2(Side::B) > 0.0 { of(Side::B) } else { Vec::new() }]
+        } else {
+            Default::default()
+        };
+        Self { plant, supply_pa, warmths }
     }
 }
 
@@ -207,6 +219,7 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     state.p_a_sensed_pa = sensed_a;
     state.p_b_sensed_pa = sensed_b;
     state.p_sup_pa = model.supply_pa[k];
+    [state.warmth_a, state.warmth_b] = [0, 1].map(|side| model.warmths[side].get(k).copied().unwrap_or(0.0));
     with_motion(record, plant, state, v)
 }
 

@@ -24,6 +24,7 @@ macro_rules! for_each_effect {
             LineDelay => line_delay,
             DeadVolume => dead_volume,
             HeatTransfer => heat_transfer,
+            WallHeat => wall_heat,
             PayloadMass => payload_mass,
             ConstantForce => constant_force,
             CoulombFriction => coulomb_friction,

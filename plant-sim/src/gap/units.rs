@@ -3,7 +3,7 @@
 /// Factor and unit for a key that ends in its SI unit; the key itself where nothing reads better.
 fn scale(name: &str) -> (f64, &'static str) {
     // Longest endings first: `_kg_per_s_pa` also ends in `_pa`.
-    const UNITS: [(&str, f64, &str); 19] = [
+    const UNITS: [(&str, f64, &str); 20] = [
         ("_m3_per_s_pa", 1.0e8, "l/(s bar)"),
         ("_kg_per_s_pa", 1.0e8, "g/s per bar"),
         ("_pa_s_per_kg", 1.0e-8, "bar per g/s"),
@@ -11,6 +11,7 @@ fn scale(name: &str) -> (f64, &'static str) {
         ("_n_s_per_m", 1.0, "N s/m"),
         ("_n_per_m", 1.0e-3, "N/mm"),
         ("_j_per_kg_k", 1.0, "J/(kg K)"),
+        ("_w_per_m2_k", 1.0, "W/(m²K)"),
         ("_m_per_s", 1.0e3, "mm/s"),
         ("_m3", 1.0e6, "cm³"),
         ("_m2", 1.0e4, "cm²"),
