@@ -110,7 +110,8 @@ impl<R: Real> Law<R> {
         (pressure, warmth_rate)
     }
 
-    /// The warmth of a chamber's air after the piston's motion has compressed it by this factor of pressure, close to one.
+    /// The warmth of a chamber's air after the piston's motion has compressed it by this factor of pressure: to the second order
+    /// of its difference from one, which is 3 % of the temperature at a factor of two.
     #[must_use]
     pub fn compressed(&self, warmth: R, factor: R) -> R {
         // p^(1-1/n)/T stays.
@@ -138,11 +139,22 @@ impl<R: Real> Law<R> {
         let before = p / (R::ONE + warmth);
         let mass = (before + (after - p) / (carried * self.exponent)).at_least(R::HALF * before);
         let warm = after / mass;
-        // Heat to the walls: the warmth decays with the rate h S T (n-1)/(p V) while the mass stays.
-        let surface = Self::surface_per_m(area_m2, R::ONE / volume_m3);
-        let decay = (-self.heat * surface * warm / after * dt_s).exp();
-        let left = (warm - R::ONE) * decay;
+        let left = self.cooled(warm, after, (area_m2, volume_m3), dt_s);
         (after * (R::ONE + left) / warm, left)
+    }
+
+    /// Warmth after a while of which only the pressures before and after are known. Compression, filling from a supply as warm
+    /// as the air, and exhausting all change the temperature alike, as `p^(1-1/n)`; then the walls.
+    #[must_use]
+    pub fn meanwhile(&self, [before, after]: [R; 2], warmth: R, chamber: (R, R), dt_s: R) -> R {
+        self.cooled(R::ONE + self.compressed(warmth, after / before), after, chamber, dt_s)
+    }
+
+    /// Warmth that the walls leave after `dt_s` of air of a temperature over the supply's, by area in m2 and volume in m3.
+    fn cooled(&self, warm: R, p: R, (area_m2, volume_m3): (R, R), dt_s: R) -> R {
+        // The rate is h S T (n-1)/(p V) while the mass stays.
+        let surface = Self::surface_per_m(area_m2, R::ONE / volume_m3);
+        (warm - R::ONE) * (-self.heat * surface * warm / p * dt_s).exp()
     }
 }
 
