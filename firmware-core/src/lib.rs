@@ -57,10 +57,10 @@ pub use oversampled::code_of_sum;
 pub use parameter_table::ParameterError as SettingsError;
 pub use recent::Recent;
 pub use record::{Record, mode_from_number, mode_number};
-pub use settings::Settings;
+pub use settings::{Kept, Settings};
 pub use snapshot::{Snapshot, SnapshotValues};
 pub use store::{LAYOUT as PARAMETER_LAYOUT, Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
 #[cfg(feature = "defmt")]
-pub use telemetry_lines::{Scales, send as send_record};
+pub use telemetry_lines::{Scales, send as send_record, send_learned};
 pub use timing::Timing;
