@@ -7,6 +7,7 @@ use control::Quantity;
 use firmware_core::Kept;
 use plant_sim::board::{BoardError, Client};
 use plant_sim::commission::{from_rig, transfer};
+use plant_sim::{ClosedLoop, LoopSettings, controller};
 use rig_files::RigFile;
 use simulated_board::{Line, Simulated};
 use std::cell::RefCell;
@@ -112,6 +113,30 @@ fn nothing_is_learned_while_the_piston_rests() {
     assert_ne!(moved.now, fresh.now);
     bench.board.borrow_mut().run(3000);
     assert_eq!(bench.learned(), moved);
+}
+
+#[test]
+fn what_is_learned_changes_only_while_the_valve_acts() {
+    // Longer than lag, delay and the force's correction take to die away: ten time constants of the slowest, 375/s.
+    const BEHIND: u32 = 30;
+    for rig in [RigFile::paper_a(), RigFile::paper_b(), RigFile::paper_c()] {
+        let parameters = controller::parameters(&rig);
+        let mut positioner = ClosedLoop::new(&rig, &parameters, &LoopSettings::default()).expect("valid");
+        let (mut code, mut silent, mut checked) = (0, 0, 0);
+        let mut before = positioner.learned().expect("the positioning law").now;
+        for tick in 0..10_000 {
+            let seen = positioner.tick(0.04);
+            silent = if seen.dac == code { silent + 1 } else { 0 };
+            code = seen.dac;
+            let now = positioner.learned().expect("the positioning law").now;
+            if silent > BEHIND {
+                checked += 1;
+                assert_eq!(now, before, "{}, tick {tick}", rig.name);
+            }
+            before = now;
+        }
+        assert!(checked > 5000, "{}: the valve is silent in {checked} ticks", rig.name);
+    }
 }
 
 #[test]
