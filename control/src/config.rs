@@ -9,10 +9,9 @@ use crate::parameters::{Key, LawChoice, Parameters, acceleration_range};
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
-use crate::servo::Tuning;
 use crate::servo::learned::{Learned, Quantities, Quantity};
+use crate::servo::{ServoState, Tuning};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
-use crate::tick::ControllerState;
 use fixed::types::I16F16;
 use parameter_table::{Must, ParameterError};
 
@@ -186,8 +185,8 @@ impl Config {
     /// What the positioning law has learned, or what its first run would begin with. `None` under the paper's law.
     #[inline]
     #[must_use]
-    pub fn learned(&self, state: &ControllerState) -> Option<Learned> {
-        self.servo.as_ref().map(|servo| servo.learned(state.servo()))
+    pub fn learned(&self, state: &ServoState) -> Option<Learned> {
+        self.servo.as_ref().map(|servo| servo.learned(state))
     }
 
     /// Lets the positioning law's first run begin with values learned before, at the tick rate of this configuration. Under the

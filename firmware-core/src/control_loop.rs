@@ -208,7 +208,7 @@ impl ControlLoop {
     #[inline]
     #[must_use]
     pub fn learned(&self) -> Option<Learned> {
-        self.setup.config.learned(&self.state)
+        self.setup.config.learned(self.state.servo())
     }
 
     /// The same in the quantities' units, beside nominal values. Not for the interrupt: it uses floats.

@@ -22,7 +22,7 @@
 //! | the lines of telemetry | `telemetry_lines.rs` |
 //! | what the background may read of the interrupt | `snapshot.rs` |
 //! | parameters as one set, checked as a whole | `settings.rs` |
-//! | parameters in flash | `store.rs` |
+//! | parameters in flash | `store.rs`, `check.rs` |
 //! | commands → answers and orders | `desk.rs` |
 //! | codes in lock-step with a plant elsewhere | `lockstep.rs` |
 //! | timing faults of the interrupt | `timing.rs` |
@@ -31,6 +31,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod check;
 mod control_loop;
 mod course;
 mod desk;

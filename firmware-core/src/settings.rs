@@ -7,8 +7,8 @@ use parameter_table::{End, ParameterError as SettingsError};
 use plant_model::{Plant, Rig};
 
 use crate::bench::BenchPlant;
+use crate::check::CHECK;
 use crate::control_loop::Setup;
-use crate::store::CHECK;
 
 /// The timer latches a code one tick after the sample it answers.
 const OUTPUT_DELAY_TICKS: u8 = 1;

@@ -11,9 +11,9 @@
 
 use board_link::Parameter;
 use control::{QUANTITIES, Quantity};
-use crc::{CRC_32_ISCSI, Crc};
 use embedded_storage_async::nor_flash::NorFlash;
 
+use crate::check::CHECK;
 use crate::settings::{Kept, Settings};
 
 /// First byte of a set: raised when its layout changes. (New parameters do not change it: they keep their defaults.)
@@ -33,8 +33,6 @@ const SET_BYTES: usize = STORED_BYTES.next_multiple_of(SEAL_BYTES);
 /// What a page holds.
 const USED_BYTES: usize = SEAL_BYTES + SET_BYTES;
 const BLANK: u8 = 0xFF;
-
-pub(crate) const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
