@@ -31,8 +31,8 @@ mod session;
 pub use frame::{Accumulator, EncodeError, FRAME_BYTES, FrameError, encode};
 pub use generator::{Generator, GeneratorError, LONGEST_MS, POSITION_LIMIT_UM, SHORTEST_MS, Shape};
 pub use message::{
-    Command, PROTOCOL_VERSION, Refusal, Reply, Request, Response, SAMPLES, Sample, Samples, StateWord, Status,
-    TextWord, Version,
+    Command, KeptError, LearnedValues, PROTOCOL_VERSION, Refusal, Reply, Request, Response, SAMPLES, Sample, Samples,
+    StateWord, Status, TextWord, Version,
 };
 pub use parameter::{Parameter, ParameterError, ParameterInfo, Source, own};
 pub use session::{Admission, Session};

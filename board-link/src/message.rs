@@ -1,5 +1,6 @@
 //! Requests and answers.
 
+use control::Quantities;
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +8,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 6;
+pub const PROTOCOL_VERSION: u8 = 7;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +66,13 @@ pub enum Command {
     LastFault,
     /// The oldest records that have not been asked for yet, one in `telemetry_every` ticks; the board keeps some.
     Samples,
+    /// What the positioning law has learned.
+    Learned,
+    /// Writes what was learned to flash, with all parameters: the law begins with it at every start. Only while idle, and not in
+    /// bench mode.
+    Keep,
+    /// Forgets what was kept, and writes all parameters to flash. Not while running.
+    Forget,
     /// Restarts the board. Not while running.
     Restart,
     /// Restarts into the bootloader in the chip's ROM, which takes new firmware over the same serial line and goes on waiting for
@@ -105,6 +113,45 @@ pub enum Reply {
     Text(TextWord),
     /// To `Samples`: empty if there is none yet.
     Samples(Samples),
+    /// To `Learned`.
+    Learned(LearnedValues),
+}
+
+/// What the positioning law has learned; each in its own unit, in the order of [`control::Quantity::ALL`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LearnedValues {
+    /// Now: before the first run, what it will begin with.
+    pub now: Quantities,
+    /// As the parameters say. The limits are parts of it: [`control::Quantity::limits`].
+    pub nominal: Quantities,
+    /// What flash holds, if anything was kept.
+    pub kept: Option<Quantities>,
+    /// Why that is not begun with.
+    pub refused: Option<KeptError>,
+}
+
+/// Why kept values are not begun with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum KeptError {
+    /// They were learned with other parameters of the rig.
+    OtherParameters,
+    /// The quantity of this number is beyond the limits of learning.
+    Limits(u8),
+}
+
+impl KeptError {
+    /// The reason as a sentence's end, and the remedy.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::OtherParameters => {
+                "they were learned with other parameters of the rig; `board keep` replaces them, `board forget` drops them"
+            }
+            Self::Limits(_) => {
+                "one is beyond the limits of learning; `board keep` replaces them, `board forget` drops them"
+            }
+        }
+    }
 }
 
 /// Most records of one answer: what fits a frame.
@@ -188,6 +235,8 @@ pub enum Refusal {
     Configuration(Option<Parameter>),
     /// Nothing was begun, or the board has restarted or taken another parameter since.
     NotBegun,
+    /// Nothing is learned: the paper's law learns nothing, and the positioning law has not run since the start.
+    NothingLearned,
     /// Flash could not be written; what was stored before is still there.
     Storage,
     /// The control loop did not take the command within a tick or two.

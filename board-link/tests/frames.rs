@@ -25,6 +25,9 @@ fn commands() -> impl Strategy<Value = Command> {
         (parameter, -1.0e9_f32..1.0e9).prop_map(|(key, value)| Command::Stage(key, value)),
         Just(Command::Apply),
         Just(Command::Save),
+        Just(Command::Learned),
+        Just(Command::Keep),
+        Just(Command::Forget),
         any::<bool>().prop_map(|on| Command::Bench { on }),
         Just(Command::LastFault),
         Just(Command::Bootloader),
@@ -164,6 +167,10 @@ fn the_longest_answer_fits_a_frame() {
     let samples =
         Response { result: Ok(Reply::Samples(core::iter::repeat_n(sample, board_link::SAMPLES).collect())), ..longest };
     assert!(encode(&samples, &mut [0; FRAME_BYTES]).is_ok());
+    let all = [f32::MAX; control::QUANTITIES];
+    let refused = Some(board_link::KeptError::Limits(u8::MAX));
+    let learned = board_link::LearnedValues { now: all, nominal: all, kept: Some(all), refused };
+    assert!(encode(&Response { result: Ok(Reply::Learned(learned)), ..samples }, &mut [0; FRAME_BYTES]).is_ok());
 }
 
 #[test]

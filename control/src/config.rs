@@ -9,7 +9,8 @@ use crate::parameters::{Key, LawChoice, Parameters, acceleration_range};
 use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
-use crate::servo::Tuning;
+use crate::servo::learned::{Learned, Quantities, Quantity};
+use crate::servo::{ServoState, Tuning};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
 use fixed::types::I16F16;
 use parameter_table::{Must, ParameterError};
@@ -173,6 +174,28 @@ impl Config {
     #[must_use]
     pub fn safe_code(&self) -> crate::DacCode {
         self.dac.code(self.safe_voltage)
+    }
+
+    /// Nominal values of what the positioning law learns. `None` under the paper's law, which learns nothing.
+    #[must_use]
+    pub fn nominal(&self) -> Option<Learned> {
+        self.servo.as_ref().map(Tuning::nominal)
+    }
+
+    /// What the positioning law has learned, or what its first run would begin with. `None` under the paper's law.
+    #[inline]
+    #[must_use]
+    pub fn learned(&self, state: &ServoState) -> Option<Learned> {
+        self.servo.as_ref().map(|servo| servo.learned(state))
+    }
+
+    /// Lets the positioning law's first run begin with values learned before, at the tick rate of this configuration. Under the
+    /// paper's law nothing changes.
+    ///
+    /// # Errors
+    /// The first quantity beyond the limits of learning; nothing has changed then.
+    pub fn start_from(&mut self, values: &Quantities, tick_hz: u32) -> Result<(), Quantity> {
+        self.servo.as_mut().map_or(Ok(()), |servo| servo.start_from(values, tick_hz))
     }
 
     /// Code → position, p_a, p_b, p_sup: the scales of the sensors, for shells that display quantities.

@@ -61,5 +61,6 @@ pub use modes::{Channel, Mode, OperatorCommand, Reason};
 pub use parameter_table::{End, Limits, Must, Row, Value};
 pub use parameters::{Key, LawChoice, Parameters, acceleration_range};
 pub use quantities::{Position, Pressure, Velocity, Voltage};
+pub use servo::learned::{Learned, MEASURED_AGAINST, QUANTITIES, Quantities, Quantity};
 pub use servo::{OPENING_KNOTS, OPENING_STEP_V};
 pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, step};

@@ -5,10 +5,11 @@
 //! Everything here runs in the control interrupt: no allocation, no waiting, no logging, no division, and no float outside
 //! bench mode and the model monitor.
 
+use board_link::LearnedValues;
 use control::program::Program;
 use control::{
-    AdcCode, Config, ConfigError, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position,
-    Pressure, Reason, Telemetry, Voltage,
+    AdcCode, Config, ConfigError, ControllerState, ExternalFaults, Inputs, Learned, Mode, OperatorCommand, Parameters,
+    Position, Pressure, Reason, Telemetry, Voltage,
 };
 use monitor::{Monitor, MonitorError, MonitorParameters, Readings, Verdict};
 use plant_model::Plant;
@@ -201,6 +202,21 @@ impl ControlLoop {
     #[must_use]
     pub fn state(&self) -> &ControllerState {
         &self.state
+    }
+
+    /// What the positioning law has learned, or will begin with. `None` under the paper's law.
+    #[inline]
+    #[must_use]
+    pub fn learned(&self) -> Option<Learned> {
+        self.setup.config.learned(self.state.servo())
+    }
+
+    /// The same in the quantities' units, beside nominal values. Not for the interrupt: it uses floats.
+    #[must_use]
+    pub fn learned_values(&self, tick_hz: u32) -> Option<LearnedValues> {
+        let (learned, nominal) = self.learned().zip(self.setup.config.nominal())?;
+        let values = |learned: Learned| learned.values(tick_hz);
+        Some(LearnedValues { now: values(learned), nominal: values(nominal), ..LearnedValues::default() })
     }
 
     /// Whether air may be let to the valve: while idle or running, never on the bench.

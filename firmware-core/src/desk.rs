@@ -1,11 +1,11 @@
 //! Commands → answers, and orders for the control loop. The desk decides; the shell carries bytes, orders and flash.
 
-use board_link::{Command, Refusal, Reply, StateWord, Status, TextWord, Version};
+use board_link::{Command, LearnedValues, Refusal, Reply, StateWord, Status, TextWord, Version};
 use control::{Mode, OperatorCommand};
 
 use crate::control_loop::Order;
 use crate::course::Course;
-use crate::settings::Settings;
+use crate::settings::{Kept, Settings};
 use crate::snapshot::Snapshot;
 
 /// What the shell has to do for a command.
@@ -19,6 +19,9 @@ pub enum Action {
     Order(Order, OrderOutcome),
     /// Write [`Desk::settings`] to flash, then answer.
     Save,
+    /// Put this in place of what was kept ([`Desk::keep`]) and write [`Desk::settings`] to flash, then answer; put back what was kept
+    /// before if flash refuses.
+    Keep(Option<Kept>),
     /// Answer with the records that nobody has asked for yet.
     Samples,
     /// Answer, then restart the board.
@@ -77,6 +80,11 @@ impl Desk {
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Replaces what was kept; returns what was kept before.
+    pub fn keep(&mut self, kept: Option<Kept>) -> Option<Kept> {
+        core::mem::replace(&mut self.settings.kept, kept)
     }
 
     /// What the loop runs with: as [`Desk::settings`], with the tick rate of the timer.
@@ -151,6 +159,18 @@ impl Desk {
                 only_in(mode != Mode::Run)?;
                 Ok(Action::Save)
             }
+            Command::Learned => Ok(Action::Reply(Reply::Learned(self.learned(now)?))),
+            Command::Keep => {
+                // In bench mode the simulated plant has taught it, and a fault may have.
+                only_in(mode == Mode::Idle && !now.bench())?;
+                let learned = now.learned().filter(|_| now.has_learned()).ok_or(Refusal::NothingLearned)?;
+                let rig = self.in_force().rig_check();
+                Ok(Action::Keep(Some(Kept { rig, values: learned.values(self.tick_hz) })))
+            }
+            Command::Forget => {
+                only_in(mode != Mode::Run)?;
+                Ok(Action::Keep(None))
+            }
             Command::Bench { on } => {
                 only_in(mode != Mode::Run)?;
                 let order = if on {
@@ -169,6 +189,19 @@ impl Desk {
                 Ok(Action::Bootloader)
             }
         }
+    }
+
+    /// What is learned, beside its nominal values and what was kept.
+    #[inline(never)]
+    fn learned(&self, now: &Snapshot) -> Result<LearnedValues, Refusal> {
+        let settings = self.in_force();
+        let (nominal, learned) = settings.nominal().zip(now.learned()).ok_or(Refusal::NothingLearned)?;
+        Ok(LearnedValues {
+            now: learned.values(self.tick_hz),
+            nominal,
+            kept: settings.kept.map(|kept| kept.values),
+            refused: settings.kept_fits().err(),
+        })
     }
 
     /// All or nothing: the settings change only if they fit together, at the present tick rate and at their own, with which the

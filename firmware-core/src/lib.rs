@@ -22,7 +22,7 @@
 //! | the lines of telemetry | `telemetry_lines.rs` |
 //! | what the background may read of the interrupt | `snapshot.rs` |
 //! | parameters as one set, checked as a whole | `settings.rs` |
-//! | parameters in flash | `store.rs` |
+//! | parameters in flash | `store.rs`, `check.rs` |
 //! | commands → answers and orders | `desk.rs` |
 //! | codes in lock-step with a plant elsewhere | `lockstep.rs` |
 //! | timing faults of the interrupt | `timing.rs` |
@@ -31,6 +31,7 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod check;
 mod control_loop;
 mod course;
 mod desk;
@@ -57,10 +58,10 @@ pub use oversampled::code_of_sum;
 pub use parameter_table::ParameterError as SettingsError;
 pub use recent::Recent;
 pub use record::{Record, mode_from_number, mode_number};
-pub use settings::Settings;
+pub use settings::{Kept, Settings};
 pub use snapshot::{Snapshot, SnapshotValues};
 pub use store::{LAYOUT as PARAMETER_LAYOUT, Loaded, ParameterStore, STORED_BYTES};
 pub use supervisor::{DEAD_CHECKS, Progress, Supervisor, Verdict};
 #[cfg(feature = "defmt")]
-pub use telemetry_lines::{Scales, send as send_record};
+pub use telemetry_lines::{Scales, send as send_record, send_learned};
 pub use timing::Timing;

@@ -1,28 +1,40 @@
 //! The parameters as one set: read and written by key, checked as a whole before anything uses them.
 
-use board_link::{Parameter, ParameterError, Source};
-use control::{Config, Parameters};
+use board_link::{KeptError, Parameter, ParameterError, Source};
+use control::{Config, MEASURED_AGAINST, Parameters, Quantities};
 use monitor::{Monitor, MonitorParameters};
 use parameter_table::{End, ParameterError as SettingsError};
 use plant_model::{Plant, Rig};
 
 use crate::bench::BenchPlant;
+use crate::check::CHECK;
 use crate::control_loop::Setup;
 
 /// The timer latches a code one tick after the sample it answers.
 const OUTPUT_DELAY_TICKS: u8 = 1;
 
-/// Every number that can be changed on the board.
+/// What was learned and kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kept {
+    /// [`Settings::rig_check`] of the parameters with which it was learned.
+    pub rig: u32,
+    /// The values.
+    pub values: Quantities,
+}
+
+/// Every number that can be changed on the board, and what was kept of what it has learned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     values: [f32; Parameter::ALL.len()],
+    /// What the law begins with, if it fits.
+    pub kept: Option<Kept>,
 }
 
 impl Default for Settings {
     // Filled in place, and apart from its callers: their stacks are small.
     #[inline(never)]
     fn default() -> Self {
-        let mut settings = Self { values: [0.0; Parameter::ALL.len()] };
+        let mut settings = Self { values: [0.0; Parameter::ALL.len()], kept: None };
         for (value, parameter) in settings.values.iter_mut().zip(&Parameter::ALL) {
             *value = parameter.default_value();
         }
@@ -72,13 +84,15 @@ impl Settings {
         Parameter::of_key(error.key, error.value, |parameter| self.get(parameter))
     }
 
-    /// The control law's configuration.
+    /// The control law's configuration. It begins with what was kept, if that fits.
     ///
     /// # Errors
     /// The first key that does not fit the others.
     #[inline(never)]
     pub fn control_config(&self) -> Result<Config, SettingsError> {
-        Config::from_parameters(&self.control_parameters()).map_err(SettingsError::from)
+        let mut config = Config::from_parameters(&self.control_parameters()).map_err(SettingsError::from)?;
+        let _ = self.begin_with_kept(&mut config);
+        Ok(config)
     }
 
     /// The model monitor, if it is not off. Apart from the rest, so that its making and the law's share the stack.
@@ -91,6 +105,51 @@ impl Settings {
         let tick_s = 1.0 / self.tick_hz() as f32;
         let monitor = Monitor::for_plant(plant, &self.monitor_parameters(), tick_s, OUTPUT_DELAY_TICKS)?;
         Ok(Some(monitor.with_spool_lag(self.get(Parameter::ServoLag))))
+    }
+
+    /// Check value of the parameters that learned values are measured against.
+    #[must_use]
+    pub fn rig_check(&self) -> u32 {
+        let mut check = CHECK.digest();
+        for (source, value) in self.entries() {
+            if let Source::Control(key, _) = source
+                && MEASURED_AGAINST.contains(&key)
+            {
+                check.update(&value.to_le_bytes());
+            }
+        }
+        check.finalize()
+    }
+
+    /// Lets a configuration made of these settings begin with what was kept, where something was. Or why not: the configuration
+    /// is unchanged then.
+    fn begin_with_kept(&self, config: &mut Config) -> Result<(), KeptError> {
+        let Some(kept) = &self.kept else { return Ok(()) };
+        if kept.rig != self.rig_check() {
+            return Err(KeptError::OtherParameters);
+        }
+        config.start_from(&kept.values, self.tick_hz()).map_err(|quantity| KeptError::Limits(quantity.number()))
+    }
+
+    /// Whether what was kept is begun with. Apart from its callers: a configuration takes up much of the stack.
+    ///
+    /// # Errors
+    /// Why it is not.
+    #[inline(never)]
+    pub fn kept_fits(&self) -> Result<(), KeptError> {
+        match self.control_config() {
+            Ok(mut config) => self.begin_with_kept(&mut config),
+            // Whoever makes a setup of these settings is told.
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// The rig's nominal values of what is learned. `None` under the paper's law.
+    #[inline(never)]
+    #[must_use]
+    pub fn nominal(&self) -> Option<Quantities> {
+        let config = self.control_config().ok()?;
+        Some(config.nominal()?.values(self.tick_hz()))
     }
 
     /// Everything the control loop needs.

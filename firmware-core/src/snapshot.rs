@@ -2,8 +2,9 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use control::{ExternalFaults, Mode};
+use control::{ExternalFaults, Learned, Mode, QUANTITIES};
 
+use crate::control_loop::ControlLoop;
 use crate::record::{Record, micrometres, mode_from_number};
 
 /// Written by the control interrupt, read by anybody. Each value is whole; two values may be a tick apart.
@@ -21,6 +22,9 @@ pub struct Snapshot {
     records_lost: AtomicU32,
     worst_cycles: AtomicU32,
     bench: AtomicU32,
+    /// Whether `learned` holds nothing, what a run would begin with, or what a run has learned.
+    learning: AtomicU32,
+    learned: [AtomicU32; QUANTITIES],
 }
 
 /// A copy of everything in a [`Snapshot`].
@@ -69,18 +73,30 @@ impl Snapshot {
             records_lost: AtomicU32::new(0),
             worst_cycles: AtomicU32::new(0),
             bench: AtomicU32::new(0),
+            learning: AtomicU32::new(0),
+            learned: [const { AtomicU32::new(0) }; QUANTITIES],
         }
     }
 
-    /// Publishes a tick. For the control interrupt alone: its counters are plain loads and stores.
+    /// Publishes a tick of the loop. For the control interrupt alone: its counters are plain loads and stores.
     #[inline]
-    pub fn publish(&self, record: &Record, bench: bool) {
+    pub fn publish(&self, record: &Record, control_loop: &ControlLoop) {
+        let learning = match control_loop.learned() {
+            None => 0,
+            Some(learned) => {
+                for (place, bits) in self.learned.iter().zip(learned.bits) {
+                    place.store(bits as u32, Relaxed);
+                }
+                1 + u32::from(control_loop.state().servo().has_learned())
+            }
+        };
+        self.learning.store(learning, Relaxed);
         let [position, a, b, supply] = record.codes.map(u32::from);
         self.position_and_a.store(position << 16 | a, Relaxed);
         self.b_and_supply.store(b << 16 | supply, Relaxed);
         self.mode_and_dac.store(u32::from(record.mode) << 16 | u32::from(record.dac), Relaxed);
         self.reference_bits.store(record.reference_bits as u32, Relaxed);
-        self.bench.store(u32::from(bench), Relaxed);
+        self.bench.store(u32::from(control_loop.bench()), Relaxed);
         self.ticks.store(record.tick, Relaxed);
     }
 
@@ -135,7 +151,29 @@ impl Snapshot {
         self.records_lost.load(Relaxed)
     }
 
-    /// Everything.
+    /// What the positioning law has learned, or will begin with. `None` under the paper's law.
+    #[must_use]
+    pub fn learned(&self) -> Option<Learned> {
+        let mut learned = Learned::default();
+        for (bits, place) in learned.bits.iter_mut().zip(&self.learned) {
+            *bits = place.load(Relaxed) as i32;
+        }
+        (self.learning.load(Relaxed) > 0).then_some(learned)
+    }
+
+    /// Whether the positioning law has run since the start, or since what it knew was of no use any more.
+    #[must_use]
+    pub fn has_learned(&self) -> bool {
+        self.learning.load(Relaxed) > 1
+    }
+
+    /// Whether the simulated plant stands in.
+    #[must_use]
+    pub fn bench(&self) -> bool {
+        self.bench.load(Relaxed) != 0
+    }
+
+    /// Everything but what was learned.
     #[must_use]
     pub fn read(&self) -> SnapshotValues {
         let (first, second) = (self.position_and_a.load(Relaxed), self.b_and_supply.load(Relaxed));
@@ -154,7 +192,7 @@ impl Snapshot {
             disagreements: self.disagreements.load(Relaxed),
             records_lost: self.records_lost(),
             worst_cycles: self.worst_cycles.load(Relaxed),
-            bench: self.bench.load(Relaxed) != 0,
+            bench: self.bench(),
         }
     }
 }

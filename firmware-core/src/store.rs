@@ -10,16 +10,22 @@
 //! saved: that is no power cut, and an older set is not silently taken instead.
 
 use board_link::Parameter;
-use crc::{CRC_32_ISCSI, Crc};
+use control::{QUANTITIES, Quantity};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::settings::Settings;
+use crate::check::CHECK;
+use crate::settings::{Kept, Settings};
 
 /// First byte of a set: raised when its layout changes. (New parameters do not change it: they keep their defaults.)
 pub const LAYOUT: u8 = 1;
 const ENTRY_BYTES: usize = 5;
-/// Longest set: layout byte, then number and value of every parameter.
-pub const STORED_BYTES: usize = 1 + ENTRY_BYTES * Parameter::ALL.len();
+/// Number of the entry with the check value that belongs to what was kept; behind it one entry for each learned quantity. No
+/// parameter has such a number, and a firmware that keeps nothing passes them over.
+const KEPT: u8 = 192;
+const _: () = assert!(Parameter::ALL[Parameter::ALL.len() - 1].number() < KEPT);
+const KEPT_ENTRIES: usize = 1 + QUANTITIES;
+/// Longest set: layout byte, then number and value of every parameter, and what was kept.
+pub const STORED_BYTES: usize = 1 + ENTRY_BYTES * (Parameter::ALL.len() + KEPT_ENTRIES);
 /// Four numbers of 4 bytes: whole words of any flash up to 16 bytes.
 const SEAL_BYTES: usize = 16;
 /// Room for the set in whole words.
@@ -27,8 +33,6 @@ const SET_BYTES: usize = STORED_BYTES.next_multiple_of(SEAL_BYTES);
 /// What a page holds.
 const USED_BYTES: usize = SEAL_BYTES + SET_BYTES;
 const BLANK: u8 = 0xFF;
-
-const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,25 +171,36 @@ fn length(page: &[u8; USED_BYTES]) -> usize {
 
 fn fill(page: &mut [u8; USED_BYTES], settings: &Settings, sequence: u32) {
     page.fill(BLANK);
-    let (seal, set) = page.split_at_mut(SEAL_BYTES);
-    let (set, _) = set.split_at_mut(STORED_BYTES);
-    encode(settings, set);
-    let (numbers, check) = seal.split_at_mut(12);
-    for (place, word) in numbers.chunks_exact_mut(4).zip([sequence, STORED_BYTES as u32, CHECK.checksum(set)]) {
+    let (seal, rest) = page.split_at_mut(SEAL_BYTES);
+    let length = encode(settings, rest);
+    let check = CHECK.checksum(rest.get(..length).unwrap_or_default());
+    let (numbers, seal_check) = seal.split_at_mut(12);
+    for (place, word) in numbers.chunks_exact_mut(4).zip([sequence, length as u32, check]) {
         place.copy_from_slice(&word.to_le_bytes());
     }
-    check.copy_from_slice(&CHECK.checksum(numbers).to_le_bytes());
+    seal_check.copy_from_slice(&CHECK.checksum(numbers).to_le_bytes());
 }
 
-fn encode(settings: &Settings, set: &mut [u8]) {
-    let Some((layout, entries)) = set.split_first_mut() else { return };
+/// Writes a set, and returns its length.
+fn encode(settings: &Settings, set: &mut [u8]) -> usize {
+    let Some((layout, entries)) = set.split_first_mut() else { return 0 };
     *layout = LAYOUT;
-    for (entry, parameter) in entries.chunks_exact_mut(ENTRY_BYTES).zip(Parameter::ALL) {
-        if let [number, value @ ..] = entry {
-            *number = parameter.number();
-            value.copy_from_slice(&settings.get(parameter).to_le_bytes());
+    let parameters =
+        Parameter::ALL.into_iter().map(|parameter| (parameter.number(), settings.get(parameter).to_le_bytes()));
+    let kept = settings.kept.iter().flat_map(|kept| {
+        let values = kept.values.iter().zip(Quantity::ALL);
+        let values = values.map(|(value, quantity)| (KEPT + 1 + quantity.number(), value.to_le_bytes()));
+        core::iter::once((KEPT, kept.rig.to_le_bytes())).chain(values)
+    });
+    let mut length = 1;
+    for (entry, (number, value)) in entries.chunks_exact_mut(ENTRY_BYTES).zip(parameters.chain(kept)) {
+        if let [first, rest @ ..] = entry {
+            *first = number;
+            rest.copy_from_slice(&value);
         }
+        length += ENTRY_BYTES;
     }
+    length
 }
 
 fn decode(set: &[u8]) -> Option<Settings> {
@@ -196,10 +211,22 @@ fn decode(set: &[u8]) -> Option<Settings> {
     let mut settings = Settings::default();
     for entry in entries.chunks_exact(ENTRY_BYTES) {
         let (number, value) = entry.split_first()?;
-        let value = f32::from_le_bytes(value.try_into().ok()?);
+        let bytes = value.try_into().ok()?;
+        let value = f32::from_le_bytes(bytes);
         // A number this firmware does not know was written by a newer one: its parameter does not exist here.
         if let Some(parameter) = Parameter::from_number(*number) {
             settings.set(parameter, value).ok()?;
+        } else if let Some(place) = number.checked_sub(KEPT) {
+            // What is missing is no number, and so beyond its limits.
+            let kept = settings.kept.get_or_insert(Kept { rig: 0, values: [f32::NAN; QUANTITIES] });
+            match place.checked_sub(1) {
+                None => kept.rig = u32::from_le_bytes(bytes),
+                Some(index) => {
+                    if let Some(slot) = kept.values.get_mut(usize::from(index)) {
+                        *slot = value;
+                    }
+                }
+            }
         }
     }
     settings.check().ok()?;

@@ -34,7 +34,7 @@ impl Board {
             let tick = self.control_loop.tick(codes(tick), ExternalFaults::default(), true);
             self.control_loop.watch();
             self.valve = tick.valve;
-            self.snapshot.publish(&tick.record, self.control_loop.bench());
+            self.snapshot.publish(&tick.record, &self.control_loop);
         }
     }
 
@@ -44,8 +44,12 @@ impl Board {
             Action::Order(order, outcome) => {
                 self.control_loop.order(&order);
                 let tick = self.control_loop.tick(at_rest(0), ExternalFaults::default(), true);
-                self.snapshot.publish(&tick.record, self.control_loop.bench());
+                self.snapshot.publish(&tick.record, &self.control_loop);
                 if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
+            }
+            Action::Keep(kept) => {
+                self.desk.keep(kept);
+                Ok(Reply::Done)
             }
             Action::Save | Action::Restart | Action::Bootloader | Action::Samples => Ok(Reply::Done),
         }
@@ -86,6 +90,8 @@ fn commands_are_refused_in_the_wrong_state() {
         Command::Set(Parameter::Gain, 5.0),
         Command::Defaults,
         Command::Save,
+        Command::Keep,
+        Command::Forget,
         Command::Bench { on: true },
         Command::Restart,
         Command::Bootloader,
@@ -363,4 +369,28 @@ fn a_tick_rate_for_the_next_start_must_fit_the_other_parameters_and_changes_noth
         board.run(100, at_rest);
     }
     assert_eq!(board.snapshot.read().codes, plain.snapshot.read().codes);
+}
+
+#[test]
+fn only_what_the_positioning_law_has_learned_on_the_rig_itself_is_kept() {
+    let mut board = Board::idle();
+    for command in [Command::Learned, Command::Keep] {
+        assert_eq!(board.ask(command), Err(Refusal::NothingLearned), "the paper's law: {command:?}");
+    }
+    assert_eq!(board.ask(Command::Set(Parameter::Law, 1.0)), Ok(Reply::Done));
+    board.run(300, at_rest);
+    let Ok(Reply::Learned(before)) = board.ask(Command::Learned) else { panic!("an answer") };
+    assert_eq!((before.now[..5] == before.nominal[..5], before.kept, before.refused), (true, None, None));
+    assert_eq!(board.ask(Command::Keep), Err(Refusal::NothingLearned), "it has not run");
+    // On the bench it learns the simulated plant.
+    assert_eq!(board.ask(Command::Bench { on: true }), Ok(Reply::Done));
+    board.run(300, at_rest);
+    assert_eq!(board.ask(Command::Arm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Generate(Generator::Hold { position_um: 50_000 })), Ok(Reply::Done));
+    board.run(600, at_rest);
+    let Ok(Reply::Learned(after)) = board.ask(Command::Learned) else { panic!("an answer") };
+    assert_ne!(after.now, before.now);
+    assert_eq!(board.ask(Command::Disarm), Ok(Reply::Done));
+    assert_eq!(board.ask(Command::Keep), Err(Refusal::State));
+    assert_eq!(board.desk.settings().kept, None);
 }

@@ -1,9 +1,11 @@
 //! Parameters survive power cuts at any byte, and rubbish in flash never reaches the control law.
 
+use board_link::KeptError;
 use board_link::Parameter;
+use control::{Quantities, Quantity};
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use firmware_core::{Loaded, ParameterStore, Settings};
+use firmware_core::{Kept, Loaded, ParameterStore, Settings};
 
 const PAGE: usize = 2048;
 const PAGES: usize = 4;
@@ -107,6 +109,31 @@ fn with_gain(gain: f32) -> Settings {
     settings
 }
 
+/// Learned values within the limits of the default parameters with the positioning law and a dead zone of ±0.42 V.
+const LEARNED: Quantities = [0.8, 1.2, 0.4, 0.45, 2.0e-3, 2.0, 5.0, 1.1];
+
+/// Settings under which something is learned.
+fn of_the_positioning_law() -> Settings {
+    let mut settings = Settings::default();
+    for (parameter, value) in
+        [(Parameter::Law, 1.0), (Parameter::DeadZoneRight, 0.42), (Parameter::DeadZoneLeft, -0.42)]
+    {
+        settings.set(parameter, value).expect("in range");
+    }
+    settings
+}
+
+/// Why what is kept is not begun with. Then the configuration is as if nothing was kept.
+fn begun_with(settings: &Settings) -> Result<(), KeptError> {
+    let result = settings.kept_fits();
+    let config = settings.control_config();
+    let mut without_kept = settings.clone();
+    without_kept.kept = None;
+    let nothing_kept = without_kept.control_config();
+    assert_eq!(config == nothing_kept, result.is_err() || settings.kept.is_none());
+    result
+}
+
 fn load(flash: &Flash) -> Loaded {
     block_on(ParameterStore::new(flash.clone(), RANGE).expect("whole pages").load())
 }
@@ -184,7 +211,9 @@ fn a_flash_that_does_not_change_and_says_nothing_is_found_out_and_the_old_set_st
 
 #[test]
 fn a_wrong_bit_in_the_newest_set_is_no_reason_to_take_an_older_one() {
-    let flash = save(save(Flash::blank(), &with_gain(3.0)).0, &with_gain(7.0)).0;
+    let mut whole = with_gain(7.0);
+    whole.kept = Some(Kept { rig: whole.rig_check(), values: LEARNED });
+    let flash = save(save(Flash::blank(), &with_gain(3.0)).0, &whole).0;
     let set = PAGE + 16..PAGE + 16 + firmware_core::STORED_BYTES;
     for at in set {
         let mut wrong = flash.clone();
@@ -222,4 +251,55 @@ fn a_stored_value_out_of_range_or_a_set_that_does_not_fit_together_yields_the_de
     crossed.set(Parameter::PositionLow, 0.6).expect("in range by itself");
     flash = save(flash, &crossed).0;
     assert_eq!(load(&flash), Loaded::Corrupt(Settings::default()));
+}
+
+#[test]
+fn what_was_kept_is_found_beside_the_parameters_and_begun_with() {
+    let mut settings = of_the_positioning_law();
+    assert_eq!(begun_with(&settings), Ok(()), "nothing is kept");
+    settings.kept = Some(Kept { rig: settings.rig_check(), values: LEARNED });
+    let (flash, saved) = save(Flash::blank(), &settings);
+    assert!(saved);
+    let Loaded::Stored(loaded) = load(&flash) else { panic!("stored") };
+    assert_eq!(loaded, settings);
+    assert_eq!(begun_with(&loaded), Ok(()));
+    // Parameters saved without it: as before there was anything to keep.
+    settings.kept = None;
+    assert_eq!(load(&save(flash, &settings).0), Loaded::Stored(settings));
+}
+
+#[test]
+fn what_was_kept_with_other_parameters_of_the_rig_or_beyond_the_limits_is_not_begun_with() {
+    let mut settings = of_the_positioning_law();
+    let kept = |values| Some(Kept { rig: of_the_positioning_law().rig_check(), values });
+    settings.kept = kept(LEARNED);
+    // How fast the law moves and what is sent says nothing of the rig.
+    for (parameter, value) in [(Parameter::ServoSpeed, 1.2), (Parameter::TelemetryEvery, 3.0), (Parameter::Gain, 5.0)] {
+        settings.set(parameter, value).expect("in range");
+        assert_eq!(begun_with(&settings), Ok(()), "{}", parameter.name());
+    }
+    for (parameter, value) in [
+        (Parameter::Law, 0.0),
+        (Parameter::TickHz, 2000.0),
+        (Parameter::DeadZoneRight, 0.421),
+        (Parameter::ServoFill, 1.2),
+        (Parameter::ServoCoulomb, 2.3),
+        (Parameter::ServoLag, 1.8e-3),
+        (Parameter::ServoAreaB, 4.0e-5),
+    ] {
+        let mut other = settings.clone();
+        other.set(parameter, value).expect("in range");
+        assert_eq!(begun_with(&other), Err(KeptError::OtherParameters), "{}", parameter.name());
+    }
+    for quantity in Quantity::ALL {
+        for wrong in [0.0, 100.0, f32::NAN] {
+            let mut values = LEARNED;
+            values[usize::from(quantity.number())] = wrong;
+            settings.kept = kept(values);
+            // It comes through flash, and is refused by the law's limits, not by the store.
+            let Loaded::Stored(loaded) = load(&save(Flash::blank(), &settings).0) else { panic!("stored") };
+            assert_eq!(begun_with(&loaded), Err(KeptError::Limits(quantity.number())), "{} {wrong}", quantity.name());
+            assert!(loaded.setup().is_ok(), "the board runs with nominal values");
+        }
+    }
 }

@@ -9,7 +9,7 @@ use embassy_futures::yield_now;
 use firmware_core::lockstep::{
     ACCEPTED, Counts, READY, REFUSED, SETUP_BYTES, SetupMessage, TICK_BYTES, WATCHDOG_RESET, decode_tick, encode_answer,
 };
-use firmware_core::{Order, Record, Scales, send_record};
+use firmware_core::{Order, Record, Scales, send_learned, send_record};
 use heapless::spsc::{Consumer, Queue};
 use semihosting::c;
 use semihosting::fs::File;
@@ -88,7 +88,8 @@ async fn main(spawner: Spawner) {
     let message = must(buffer.get_mut(..usize::from(u16::from_le_bytes(length))).ok_or(()), "take a setup this long");
     read_all(&mut input, message);
     let setup = firmware_core::lockstep::decode_setup(message);
-    let every = setup.as_ref().map_or(0, |setup: &SetupMessage| setup.every);
+    let (every, tick_hz) =
+        setup.as_ref().map_or((0, 1), |setup: &SetupMessage| (setup.every, setup.parameters.tick_hz));
     if let (Some(setup), true) = (&setup, every > 0) {
         Scales::of_parameters(&setup.parameters, every).send();
     }
@@ -129,6 +130,12 @@ async fn main(spawner: Spawner) {
         if every > 0 && tick.record_due {
             // The telemetry task runs at the next yield: the queue cannot fill.
             let _ = records.enqueue(tick.record);
+        }
+        if every > 0
+            && tick.record.tick.is_multiple_of(tick_hz)
+            && let Some(learned) = control_loop.learned()
+        {
+            send_learned(&learned, tick.record.tick, tick_hz);
         }
         yield_now().await;
     }

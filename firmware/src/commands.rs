@@ -9,7 +9,7 @@ use cortex_m::peripheral::DWT;
 use embassy_stm32::usart::{BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_time::{Duration, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
-use firmware_core::{Action, Desk, Order, OrderOutcome, Scales};
+use firmware_core::{Action, Desk, Kept, Order, OrderOutcome, Scales};
 
 use crate::broken::{self, Fault};
 use crate::ring::Writer;
@@ -124,14 +124,27 @@ impl CommandTask {
             Action::Restart | Action::Bootloader => Ok(Reply::Done),
             Action::Samples => Ok(Reply::Samples(telemetry::RECENT.lock(|recent| recent.borrow_mut().take()))),
             Action::Order(order, outcome) => self.order(order, outcome).await,
-            Action::Save => {
-                let store = self.store.as_mut().filter(|_| storage::two_banks()).ok_or(Refusal::Storage)?;
-                let saving = store.save(self.desk.settings());
-                let saved =
-                    if broken::is(Fault::UnfedSave) { Some(saving.await) } else { within(SAVE_ROUNDS, saving).await };
-                saved.and_then(Result::ok).ok_or(Refusal::Storage)?;
+            Action::Save => self.save(None).await,
+            Action::Keep(kept) => self.save(Some(kept)).await,
+        }
+    }
+
+    /// Writes all parameters, and `kept`, if given, in place of what was kept before.
+    async fn save(&mut self, kept: Option<Option<Kept>>) -> Result<Reply, Refusal> {
+        let store = self.store.as_mut().filter(|_| storage::two_banks()).ok_or(Refusal::Storage)?;
+        let before = kept.map(|kept| self.desk.keep(kept));
+        let saving = store.save(self.desk.settings());
+        let saved = if broken::is(Fault::UnfedSave) { Some(saving.await) } else { within(SAVE_ROUNDS, saving).await };
+        match (saved.and_then(Result::ok), before) {
+            (Some(()), _) => {
                 defmt::info!("parameters saved");
                 Ok(Reply::Done)
+            }
+            (None, before) => {
+                if let Some(before) = before {
+                    self.desk.keep(before);
+                }
+                Err(Refusal::Storage)
             }
         }
     }

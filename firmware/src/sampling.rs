@@ -194,7 +194,7 @@ fn ADC1_2() {
     if owned.control_loop.watch() {
         SNAPSHOT.count_disagreement();
     }
-    SNAPSHOT.publish(&tick.record, owned.control_loop.bench());
+    SNAPSHOT.publish(&tick.record, &owned.control_loop);
     SNAPSHOT.note_cycles(written.wrapping_sub(entry));
     if tick.record_due {
         // More than 65 535 cycles do not fit a tick at any rate worth telling apart.

@@ -58,6 +58,12 @@ async fn main(spawner: Spawner) {
         }
     };
 
+    match settings.kept_fits() {
+        Ok(()) if settings.kept.is_some() => defmt::info!("the law begins with what was kept"),
+        Ok(()) => {}
+        Err(why) => defmt::error!("what is kept is not used: {=str}", why.words()),
+    }
+
     // Ahead of the reset's reason, whose text `last-fault` tells as well: these defaults fit another cylinder.
     let reset = unreadable.then_some(Reason::ParametersUnreadable).or(reset_reason(cause, previous.as_ref()));
     let control_loop = ControlLoop::new(setup, reset);

@@ -10,7 +10,7 @@ use embassy_sync::blocking_mutex::ThreadModeMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker};
-use firmware_core::{Recent, Record, Scales, send_record};
+use firmware_core::{Recent, Record, Scales, send_learned, send_record};
 
 use crate::ring::Reader;
 use crate::sampling::{RECORDS, SNAPSHOT};
@@ -20,7 +20,7 @@ pub(crate) static ROUNDS: AtomicU32 = AtomicU32::new(0);
 
 /// How often the task looks at the queue.
 const ROUND: Duration = Duration::from_millis(2);
-/// Rounds between two repetitions of the scales: a host that attaches late knows them within a second.
+/// Rounds between two repetitions of the scales, and of what was learned: a host that attaches late knows them within a second.
 const SCALE_ROUNDS: u32 = 500;
 
 /// Ranges and rates from now on, for records not yet sent.
@@ -39,6 +39,9 @@ pub(crate) async fn telemetry_task(mut records: Reader<Record, RECORDS>, mut sca
         let changed = NEW_SCALES.try_take().map(|new| scales = new).is_some();
         if changed || rounds.is_multiple_of(SCALE_ROUNDS) {
             scales.send();
+            if let Some(learned) = SNAPSHOT.learned() {
+                send_learned(&learned, SNAPSHOT.ticks(), scales.tick_hz);
+            }
         }
         while let Some(record) = records.dequeue() {
             send_record(&record, SNAPSHOT.records_lost());

@@ -39,7 +39,7 @@ impl Board {
             assert!(tick.valve <= 4095);
             let moves = self.control_loop.mode() == Mode::Run && !self.control_loop.bench();
             assert!(moves || tick.valve == self.control_loop.safe_code());
-            self.snapshot.publish(&tick.record, self.control_loop.bench());
+            self.snapshot.publish(&tick.record, &self.control_loop);
             // A little noise, as a converter has it.
             self.codes[0] ^= 1;
         }
@@ -61,6 +61,10 @@ impl Board {
                     Err(refusal) => Err(refusal),
                     Ok(Action::Reply(reply)) => Ok(reply),
                     Ok(Action::Save | Action::Restart | Action::Bootloader | Action::Samples) => Ok(board_link::Reply::Done),
+                    Ok(Action::Keep(kept)) => {
+                        self.desk.keep(kept);
+                        Ok(board_link::Reply::Done)
+                    }
                     Ok(Action::Order(order, _)) => {
                         assert!(!(mode == Mode::Run && matches!(command, Command::Set(..) | Command::Bench { .. })));
                         self.control_loop.order(&order);

@@ -73,6 +73,9 @@ impl std::fmt::Display for BoardError {
                 }
                 Refusal::Configuration(None) => "refused: the parameters would not fit together",
                 Refusal::NotBegun => "refused: the change was interrupted; nothing of it took effect, begin anew",
+                Refusal::NothingLearned => {
+                    "refused: nothing is learned; the paper's law learns nothing, and the positioning law begins when it first runs"
+                }
                 Refusal::Storage => "flash could not be written; what was saved before is still there",
                 Refusal::Busy => "the control loop did not take the order; is it running? (`status`, ticks)",
             }),

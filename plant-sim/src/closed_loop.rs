@@ -11,6 +11,7 @@
 
 use crate::monitoring::{self, MonitorAction};
 use crate::sensors::{ConversionNoise, SensorChannel, channels, quantities};
+use board_link::LearnedValues;
 use control::{ControllerState, ExternalFaults, Mode, Parameters, Position};
 use firmware_core::{ControlLoop, SetupError};
 use plant_model::{ParameterError, Rig, Simulator, State as PlantState};
@@ -137,6 +138,7 @@ pub struct ClosedLoop {
     noisy: bool,
     valve: Converter,
     tick_s: f64,
+    tick_hz: u32,
     ticks: u64,
     rng: Xoshiro256PlusPlus,
     delay: OutputDelay,
@@ -179,6 +181,7 @@ impl ClosedLoop {
             noisy: settings.noise != ConversionNoise::NONE,
             valve,
             tick_s: io.tick_s(),
+            tick_hz: parameters.tick_hz,
             ticks: 0,
             rng: Xoshiro256PlusPlus::seed_from_u64(settings.seed),
             delay: OutputDelay {
@@ -228,6 +231,12 @@ impl ClosedLoop {
         let t_s = self.ticks as f64 * self.tick_s;
         self.ticks += 1;
         LoopRecord { t_s, adc, dac, mode, disagreement, u_v, plant }
+    }
+
+    /// What the positioning law has learned; `None` under the paper's law.
+    #[must_use]
+    pub fn learned(&self) -> Option<LearnedValues> {
+        self.controller.learned_values(self.tick_hz)
     }
 
     /// The true position now, m.

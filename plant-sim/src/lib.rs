@@ -25,6 +25,7 @@ pub mod datasheet;
 pub mod emulated;
 pub mod gap;
 pub mod import;
+pub mod learned;
 pub mod metrics;
 pub mod monitoring;
 pub mod open_loop;

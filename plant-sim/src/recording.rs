@@ -2,6 +2,7 @@
 
 use crate::closed_loop::{ClosedLoop, LoopError, LoopRecord, LoopSettings};
 use crate::metrics::{StepMetrics, StepObserver};
+use board_link::LearnedValues;
 use control::{Mode, Parameters};
 use rig_files::{Column, Io, Log, RigFile};
 
@@ -36,6 +37,8 @@ pub struct Recording {
     pub mode: Mode,
     /// When the controller's model monitor first found that the readings contradict each other, s.
     pub contradicted_s: Option<f64>,
+    /// What the positioning law had learned by the end; `None` under the paper's law.
+    pub learned: Option<LearnedValues>,
 }
 
 impl Recording {
@@ -56,6 +59,7 @@ impl Recording {
             let y_ref_m = setpoint_m(tick as f64 * positioner.tick_s());
             kept.push(&rig.io, y_ref_m, &positioner.tick(y_ref_m));
         }
+        kept.learned = positioner.learned();
         Ok(kept)
     }
 

@@ -1,14 +1,16 @@
 //! The controller as a co-process: one line in, one line out, one control tick each.
 //!
 //! In: `y_ref_m adc_position adc_p_a adc_p_b adc_p_sup` (codes are integers of `adc_bits`). Out: `dac_code state`, where
-//! `state` is `run` or `safe:REASON`. A malformed line is answered `error …` and changes nothing.
+//! `state` is `run` or `safe:REASON`. A malformed line is answered `error …` and changes nothing. The line `learned` is no tick: it is
+//! answered with what the positioning law has learned, as the board's telemetry tells it.
 //!
 //! Each tick is the firmware's own, model monitor included. Whoever sets it up should let the monitor warn only: it knows the
 //! rig file, while the plant at the other end may be of other physics (another flow law, leaks, hoses), and what such a plant
 //! was answered before there was a monitor it must be answered still.
 
 use crate::closed_loop::reference;
-use control::{ControllerState, ExternalFaults, Position};
+use crate::learned;
+use control::{ControllerState, ExternalFaults, Parameters, Position};
 use firmware_core::{ControlLoop, Setup};
 use std::io::{BufRead, Write};
 
@@ -20,17 +22,18 @@ const LONGEST_LINE: usize = 1024;
 pub struct Coprocess {
     control_loop: ControlLoop,
     top_code: u16,
+    tick_hz: u32,
     ticks: u64,
     contradictions: u64,
 }
 
 impl Coprocess {
-    /// An armed controller whose codes have `adc_bits` bits (1 to 16).
+    /// An armed controller with a setup made of `parameters`.
     #[must_use]
-    pub fn new(setup: Setup, adc_bits: u32) -> Self {
-        let top_code = u16::MAX >> (16 - adc_bits.clamp(1, 16));
+    pub fn new(setup: Setup, parameters: &Parameters) -> Self {
+        let top_code = u16::MAX >> (16 - u32::from(parameters.adc_bits).clamp(1, 16));
         let control_loop = ControlLoop::in_state(setup, ControllerState::armed());
-        Self { control_loop, top_code, ticks: 0, contradictions: 0 }
+        Self { control_loop, top_code, tick_hz: parameters.tick_hz, ticks: 0, contradictions: 0 }
     }
 
     /// The controller's state, for tests.
@@ -47,6 +50,14 @@ impl Coprocess {
 
     /// Answers one line, without its line end.
     pub fn answer(&mut self, line: &str) -> String {
+        if line.trim() == "learned" {
+            return match self.control_loop.learned() {
+                Some(learned) => {
+                    format!("learned tick={} {}", self.ticks, learned::words(&learned.values(self.tick_hz)))
+                }
+                None => "error the paper's law learns nothing".to_owned(),
+            };
+        }
         match self.parse(line) {
             Ok((reference, codes)) => {
                 self.control_loop.hold(reference);

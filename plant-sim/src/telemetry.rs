@@ -1,6 +1,6 @@
 //! Telemetry of the board → log: decodes the defmt stream, turns codes into quantities, marks what is missing.
 
-use control::Position;
+use control::{Position, Quantities, Quantity};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use firmware_core::mode_from_number;
 use rig_files::{Converter, InputError, Log};
@@ -16,6 +16,8 @@ pub enum Remark {
     Restart(f64),
     /// The model monitor has begun to contradict the sensors.
     Disagreement(f64),
+    /// What the positioning law has learned: time of the last record before, values.
+    Learned(f64, Quantities),
     /// Any other line of the board.
     Text(String),
 }
@@ -81,6 +83,15 @@ fn number<T: std::str::FromStr>(line: &str, key: &str) -> Option<T> {
     line.split_ascii_whitespace().find_map(|word| word.strip_prefix(key)?.strip_prefix('=')?.parse().ok())
 }
 
+/// The values of a line about what was learned.
+fn learned(line: &str) -> Option<Quantities> {
+    let mut values = Quantities::default();
+    for (value, quantity) in values.iter_mut().zip(Quantity::ALL) {
+        *value = number(line, quantity.name()).filter(|value: &f32| value.is_finite())?;
+    }
+    Some(values)
+}
+
 impl Recorder {
     /// An empty log.
     #[must_use]
@@ -106,6 +117,11 @@ impl Recorder {
         } else if line.starts_with("tick=") {
             if self.take_record(line, remarks).is_none() {
                 self.tally.malformed += 1;
+            }
+        } else if let Some(rest) = line.strip_prefix("learned ") {
+            match learned(rest) {
+                Some(values) => remarks.push(Remark::Learned(self.latest.t_s, values)),
+                None => self.tally.malformed += 1,
             }
         } else if line.starts_with("event ") {
             // Of the mode the record before has told already.

@@ -26,7 +26,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                 let codes = [32_767 + noise, 23_710 + noise, 23_712, 45_870];
                 let tick = control_loop.tick(codes, ExternalFaults::default(), true);
                 control_loop.watch();
-                snapshot.publish(&tick.record, control_loop.bench());
+                snapshot.publish(&tick.record, &control_loop);
             }
             snapshot.mode()
         };
@@ -39,7 +39,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                 Admission::Execute(command) => {
                     let snapshot_now = Snapshot::new();
                     let tick = control_loop.tick([32_767, 23_710, 23_712, 45_870], ExternalFaults::default(), true);
-                    snapshot_now.publish(&tick.record, control_loop.bench());
+                    snapshot_now.publish(&tick.record, &control_loop);
                     let result = desk.decide(command, &snapshot_now, 0).and_then(|action| match action {
                         Action::Reply(reply) => Ok(reply),
                         Action::Order(order, outcome) => {
@@ -50,7 +50,9 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                                 Err(Refusal::State)
                             }
                         }
-                        Action::Save | Action::Restart | Action::Bootloader | Action::Samples => Ok(Reply::Done),
+                        Action::Save | Action::Keep(_) | Action::Restart | Action::Bootloader | Action::Samples => {
+                            Ok(Reply::Done)
+                        }
                     });
                     session.answered(result)
                 }

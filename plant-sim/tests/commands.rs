@@ -129,7 +129,7 @@ fn both_real_recordings_become_logs_with_pressures_made_absolute() {
 
 fn coprocess() -> Coprocess {
     let setup = monitoring::setup(&Parameters::default(), &RigFile::paper_a().rig, MonitorAction::Warn, 1);
-    Coprocess::new(setup.expect("valid"), 16)
+    Coprocess::new(setup.expect("valid"), &Parameters::default())
 }
 
 /// What the co-process answers to these lines.
@@ -159,6 +159,11 @@ fn the_controller_answers_line_by_line_and_a_malformed_line_changes_nothing() {
     assert!(refused.iter().all(|answer| answer.starts_with("error ")), "{refused:?}");
     assert_eq!([first, last], [&plain[0], &plain[1]]);
     assert!(plain.iter().all(|answer| answer.ends_with(" run")), "{plain:?}");
+    // What was learned is told without a tick.
+    let told = answers(&["learned", good, "learned", good]);
+    assert_eq!([&told[1], &told[3]], [&plain[0], &plain[1]]);
+    assert!(told[0].starts_with("learned tick=0 flow_right=1 flow_left=1 dead_zone_right_v="), "{}", told[0]);
+    assert!(told[2].starts_with("learned tick=1 flow_right="), "{}", told[2]);
 }
 
 #[test]
@@ -183,7 +188,7 @@ fn answers_to_a_foreign_plant(monitor: MonitorAction) -> (String, Option<u64>) {
     let settings = LoopSettings { monitor: MonitorAction::Off, ..LoopSettings::default() };
     let mut plant = ClosedLoop::new(&foreign, &parameters, &settings).expect("a physical plant");
     let setup = monitoring::setup(&parameters, &known.rig, monitor, 1).expect("valid");
-    let mut process = Coprocess::new(setup, 16);
+    let mut process = Coprocess::new(setup, &parameters);
     let (mut last, mut first_contradiction) = (String::new(), None);
     for _ in 0..1200 {
         plant.tick_with(|[position, a, b, supply]| {

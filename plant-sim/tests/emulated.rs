@@ -1,9 +1,16 @@
 //! `plant-sim board --emulated` and `run --elf`: the commissioning of `docs/commissioning.md` walked from beginning to end, without a
 //! board. Skipped with a message where the target is not installed, and without POSITIONER_TESTS=all.
 
+use board_link::{Command, Generator, Reply};
+use monitor::MonitorParameters;
+use plant_sim::emulated::commission;
+use plant_sim::emulated::session::Session;
+use plant_sim::telemetry::Remark;
+use plant_sim::{LoopSettings, controller};
+use rig_files::RigFile;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{self, Output, Stdio};
 use test_stages::firmware::build_for_target;
 use test_stages::skipped;
 
@@ -12,7 +19,7 @@ fn elf() -> Option<PathBuf> {
 }
 
 fn plant_sim(arguments: &[&str], input: &str) -> Output {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+    let mut child = process::Command::new(env!("CARGO_BIN_EXE_plant-sim"))
         .args(arguments)
         .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
         .stdin(Stdio::piped())
@@ -108,4 +115,72 @@ fn the_step_of_the_paper_runs_on_the_firmware_as_on_this_computer() {
     // Other noise, and a reference that arrives some ticks later over the serial line.
     assert!((late - late_elf).abs() < 5e-4, "{late} m and {late_elf} m");
     assert!((early - early_elf).abs() < 2e-3, "{early} m and {early_elf} m");
+}
+
+#[test]
+fn what_the_firmware_has_learned_is_in_its_telemetry_and_outlives_power_off_only_by_command() {
+    let Some(elf) = elf() else { return };
+    let bytes = std::fs::read(&elf).expect("firmware");
+    let rig = RigFile::paper_b();
+    let parameters = controller::parameters(&rig);
+    let settings = LoopSettings::default();
+    let noise = settings.noise.of_code(&rig.io, settings.oversampling, settings.raw_bits);
+    let mut session = Session::start(&bytes, "firmware", &rig, &noise, 1).expect("powers up");
+    let numbers = commission::settings(&rig.rig, &parameters, settings.monitor, &MonitorParameters::default());
+    commission::apply(session.board(), &numbers.expect("numbers of the board")).expect("applied");
+
+    let learned = |session: &mut Session| match session.client().expect("a session").ask(Command::Learned) {
+        Ok(Reply::Learned(values)) => values,
+        other => panic!("{other:?}"),
+    };
+    let done = |session: &mut Session, command| {
+        assert_eq!(session.client().expect("a session").ask(command), Ok(Reply::Done), "{command:?}");
+    };
+    let moves = |session: &mut Session| {
+        session.wait(0.3).expect("runs");
+        done(session, Command::Arm);
+        done(session, Command::Generate(Generator::Hold { position_um: 40_000 }));
+        session.wait(1.0).expect("runs");
+    };
+    let restart = |session: &mut Session| {
+        session.power_cycle().expect("starts");
+        session.forget_telemetry();
+    };
+    let told = |session: &mut Session| -> Vec<_> {
+        let (_, remarks) = session.telemetry();
+        remarks
+            .into_iter()
+            .filter_map(|remark| if let Remark::Learned(_, values) = remark { Some(values) } else { None })
+            .collect()
+    };
+
+    restart(&mut session);
+    let fresh = learned(&mut session);
+    moves(&mut session);
+    let at_rest = learned(&mut session);
+    assert_ne!(at_rest.now, fresh.now);
+    done(&mut session, Command::Disarm);
+    session.forget_telemetry();
+    session.wait(2.2).expect("runs");
+    let after = learned(&mut session);
+    let lines = told(&mut session);
+    println!("{lines:?}");
+    assert!(lines.len() >= 2, "one a second");
+    assert!(
+        lines.iter().all(|line| *line == after.now),
+        "telemetry says what the law holds, and idle it learns nothing"
+    );
+    restart(&mut session);
+    assert_eq!(learned(&mut session), fresh, "not kept without the command");
+
+    moves(&mut session);
+    done(&mut session, Command::Disarm);
+    let kept = learned(&mut session).now;
+    done(&mut session, Command::Keep);
+    restart(&mut session);
+    let found = learned(&mut session);
+    assert_eq!((found.now, found.kept, found.refused), (kept, Some(kept), None));
+    done(&mut session, Command::Forget);
+    restart(&mut session);
+    assert_eq!(learned(&mut session), fresh);
 }

@@ -1,5 +1,7 @@
 //! The positioning law of the firmware's tick against its f64 reference, on the same rig, in the set-up of the study.
 
+use control::{ControllerState, QUANTITIES, Quantity};
+use firmware_core::{ControlLoop, Setup};
 use plant_model::{Effect, Effects, Rig};
 use plant_sim::servo::bench::{Bench, Driver, sine, step};
 use plant_sim::servo::{Servo, Tuning};
@@ -57,5 +59,45 @@ fn in_the_tick_a_streamed_sine_is_followed_within_1_2_percent_of_its_amplitude()
     for (name, rig, _, amplitude) in cases() {
         let (peak, rms) = sine(&mut bench(rig, Driver::Tick, 1), amplitude, 0.5);
         assert!(peak < 0.012 * amplitude && rms < 0.002 * amplitude, "{name}: peak {peak} m, rms {rms} m");
+    }
+}
+
+#[test]
+fn wherever_learning_stands_between_its_limits_moves_stay_bounded() {
+    // All corners of the eight limits: the farthest from the rig that learning can be, and the farthest that can be kept.
+    let corners = 1_usize << QUANTITIES;
+    for (name, rig, ..) in cases() {
+        let (mut overshoot_m, mut rest_peak_m, mut moves, mut hunting) = (0.0_f64, 0.0_f64, 0, 0);
+        for corner in (0..corners).step_by(corners / test_stages::of(corners, 16)) {
+            // In part: all corners of the upper four limits, the lower four alike.
+            let corner = if test_stages::all() { corner } else { corner | corner >> 4 };
+            let mut bench = bench(rig, Driver::Tick, corner as u64);
+            let control_loop = bench.control_loop.as_ref().expect("the tick drives");
+            let mut values = control_loop.learned_values(1000).expect("the positioning law").nominal;
+            for (value, quantity) in values.iter_mut().zip(Quantity::ALL) {
+                let [least, most] = quantity.limits();
+                let part = if corner >> quantity.number() & 1 == 0 { least } else { most };
+                // A hair inside: limits are rounded to the tick's formats.
+                *value *= (1.0 + (part - 1.0) * 0.9999) as f32;
+            }
+            let mut config = control_loop.config().clone();
+            config.start_from(&values, 1000).unwrap_or_else(|quantity| panic!("{}", quantity.name()));
+            let setup = Setup { config, monitor: None, monitor_trips: false, every: 1 };
+            bench.control_loop = Some(ControlLoop::in_state(setup, ControllerState::armed()));
+            for target_m in [0.045, -0.045, 0.03] {
+                let seen = step(&mut bench, target_m, 2500);
+                overshoot_m = overshoot_m.max(seen.overshoot_m);
+                rest_peak_m = rest_peak_m.max(seen.rest_peak_m);
+                moves += 1;
+                hunting += u32::from(seen.rest_peak_m > 1e-4);
+            }
+        }
+        println!(
+            "{name}: {moves} moves, at most {:.2} mm beyond the target, {:.2} mm of motion in the last second, {hunting} with more than 0.1 mm",
+            1e3 * overshoot_m,
+            1e3 * rest_peak_m
+        );
+        // As the draws of docs/control-law.md call it stable.
+        assert!(rest_peak_m < 2e-3 && overshoot_m < 5e-3, "{name}");
     }
 }

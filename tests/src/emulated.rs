@@ -328,7 +328,7 @@ impl EmulatedTarget {
         let codes = pins.sums.map(code_of_sum);
         let wanted = self.shadow.tick(codes, inputs.faults, host_heard);
         self.shadow.watch();
-        self.snapshot.publish(&wanted.record, self.shadow.bench());
+        self.snapshot.publish(&wanted.record, &self.shadow);
         // The chip takes it last in the tick, for the coming one.
         if let Some(order) = order {
             self.shadow.order(&order);

@@ -308,7 +308,7 @@ impl Bench {
         let faults = ExternalFaults { valve_output, ..ExternalFaults::default() };
         let tick = self.host.tick(codes, faults, host_heard);
         self.host.watch();
-        self.snapshot.publish(&tick.record, self.host.bench());
+        self.snapshot.publish(&tick.record, &self.host);
         // The board takes it last in the tick, for the coming one.
         if let Some(order) = order {
             self.host.order(&order);

@@ -71,7 +71,7 @@ fn closed_loop(
 /// The co-process on the same plant, sensor for sensor, with a rail on the position near the end.
 fn coprocess(rig: &RigFile, parameters: &Parameters) -> Hash {
     let setup = monitoring::setup(parameters, &rig.rig, MonitorAction::Warn, 1).expect("valid");
-    let mut process = Coprocess::new(setup, u32::from(parameters.adc_bits));
+    let mut process = Coprocess::new(setup, parameters);
     let mut plant = ClosedLoop::new(rig, parameters, &LoopSettings::default()).expect("valid");
     let mut hash = Hash::new();
     for tick in 0..4000 {

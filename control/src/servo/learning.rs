@@ -7,6 +7,7 @@
 use super::air::Air;
 use super::factor::{Factor, Share, quotient};
 use super::inversion::{Valve, ValveModel};
+use super::learned::Quantity;
 use super::observer::{Body, Estimate, Opening};
 use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
 use crate::arithmetic::{limit, multiply, product, saturate};
@@ -19,9 +20,9 @@ const ZONE: Voltage = Voltage::lit("0.25");
 /// Speed above which the disturbance tells the friction, m/s.
 const SLIDING: Velocity = Velocity::lit("0.020");
 /// Bounds of the valve's flow over its nominal flow.
-const GAIN_BOUNDS: [Ratio; 2] = [Ratio::lit("0.4"), Ratio::lit("1.8")];
+pub(super) const GAIN_BOUNDS: [Ratio; 2] = Quantity::FlowRight.ratio_limits();
 /// Bounds of the mass over its nominal value.
-const MASS_BOUNDS: [Ratio; 2] = [Ratio::lit("0.6"), Ratio::lit("1.5")];
+pub(super) const MASS_BOUNDS: [Ratio; 2] = Quantity::Mass.ratio_limits();
 
 /// Constants of learning.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -30,6 +30,7 @@ mod factor;
 pub mod hold;
 pub mod inversion;
 mod law;
+pub mod learned;
 pub mod learning;
 pub mod observer;
 mod opening;
@@ -45,6 +46,7 @@ use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use hold::Hold;
 use inversion::ValveModel;
+use learned::Learned;
 use learning::Lag;
 use observer::{Body, Estimate};
 pub use opening::{OPENING_KNOTS, OPENING_STEP_V};
@@ -146,10 +148,8 @@ impl ServoState {
         forces: [Acceleration; 3],
     ) {
         if !self.learned {
-            self.learned = true;
-            self.valve = ValveModel { zones: tuning.valve.zones, gains: [Ratio::ONE; 2] };
-            self.body = tuning.body;
-            self.lag = Lag::of(tuning.lag);
+            let (valve, body, lag) = tuning.start.parts();
+            (self.valve, self.body, self.lag) = (valve, body, Lag::of(lag));
         }
         let (centre, at_rest) = (tuning.valve.centre, Motion::at(y));
         *self = Self {
@@ -166,9 +166,22 @@ impl ServoState {
             ..Self::default()
         };
     }
+
+    /// Whether anything was learned since power-on: whether the law has run.
+    #[inline]
+    #[must_use]
+    pub fn has_learned(&self) -> bool {
+        self.learned
+    }
 }
 
 impl Tuning {
+    /// What is learned, or what a run would begin with.
+    #[inline]
+    pub(crate) fn learned(&self, state: &ServoState) -> Learned {
+        if state.learned { Learned::of(&state.valve, &state.body, state.lag.ticks) } else { self.start }
+    }
+
     /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run.
     ///
     /// Never inlined, so that it is compiled with this crate's options: for speed, also in a firmware that is compiled for size.

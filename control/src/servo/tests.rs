@@ -2,14 +2,18 @@
 
 use super::air::Chambers;
 use super::hold::Means;
+use super::learned::{MEASURED_AGAINST, Quantity};
 use super::observer::{Estimate, Opening};
 use super::*;
 use crate::config::Config;
-use crate::parameters::{LawChoice, Parameters};
+use crate::parameters::{Key, LawChoice, Parameters};
 use crate::quantities::Velocity;
 
+/// Tick rate of most tests, 1/s.
+const HZ: u32 = 1000;
+
 fn tuning() -> Tuning {
-    tuning_at(1000)
+    tuning_at(HZ)
 }
 
 fn tuning_at(tick_hz: u32) -> Tuning {
@@ -146,7 +150,7 @@ fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expec
     let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
     let rest = tuning.chambers.rest;
     let air = tuning.chambers.air(Position::ZERO, [rest[0], rest[1], tuning.chambers.nominal_supply]);
-    let (lag, body) = (tuning.lag, tuning.body);
+    let (_, body, lag) = tuning.start.parts();
     for tick in 0..400 {
         estimate.correct(metres(0.1e-3 * f64::from(tick)), Some(Acceleration::ZERO), &tuning.observer);
         let valve = (&tuning.valve, &valve);
@@ -227,7 +231,8 @@ fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_b
     learn(&mut valve, &open(0.0));
     assert_eq!(valve, before, "a closed valve tells nothing");
 
-    let mut body = tuning.body;
+    let (_, start, _) = tuning.start.parts();
+    let mut body = start;
     let mut estimate =
         Estimate { v: Velocity::from_num(0.1), disturbance: Acceleration::from_num(-1), ..Estimate::default() };
     let sum = |body: &Body, estimate: &Estimate| {
@@ -235,7 +240,7 @@ fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_b
     };
     let whole = sum(&body, &estimate);
     learning::learn_body(&mut body, &mut estimate, Acceleration::ZERO, &tuning.learning);
-    assert!(body.coulomb > tuning.body.coulomb && body.viscous > tuning.body.viscous, "{body:?}");
+    assert!(body.coulomb > start.coulomb && body.viscous > start.viscous, "{body:?}");
     assert!((sum(&body, &estimate) - whole).abs() < 1e-4, "what is learned is no longer a disturbance");
     let (before, slow) = (body, Estimate { v: Velocity::from_num(0.01), ..estimate });
     learning::learn_body(&mut body, &mut slow.clone(), Acceleration::ZERO, &tuning.learning);
@@ -303,4 +308,56 @@ fn along_the_speed_limit_the_jerk_does_not_alternate() {
         assert!((fastest / 1.3917 - 1.0).abs() < 1e-3, "the limit of 1.39 m/s was not reached: {fastest}");
         assert!((3..=8).contains(&sides), "at {tick_hz} ticks a second the jerk changed its side {sides} times");
     }
+}
+
+#[test]
+fn what_was_learned_is_begun_with_again_within_its_limits_and_nothing_else_is() {
+    for quantity in Quantity::ALL {
+        let index = usize::from(quantity.number());
+        let mut tuning = tuning();
+        let nominal = tuning.nominal().values(HZ);
+        let [low, high] = quantity.limits().map(|part| (part * f64::from(nominal[index])) as f32);
+        for (value, fits) in [
+            (low * 0.999, false),
+            (low * 1.001, true),
+            (nominal[index], true),
+            (high * 0.999, true),
+            (high * 1.001, false),
+            (f32::NAN, false),
+            (f32::INFINITY, false),
+        ] {
+            let before = tuning.start;
+            let mut values = nominal;
+            values[index] = value;
+            let taken = tuning.start_from(&values, HZ);
+            assert_eq!(taken, if fits { Ok(()) } else { Err(quantity) }, "{} {value}", quantity.name());
+            if fits {
+                let found = tuning.start.values(HZ)[index];
+                assert!((found - value).abs() <= 1e-6 + 1e-4 * value, "{}: {found}", quantity.name());
+            } else {
+                assert_eq!(tuning.start, before);
+            }
+        }
+        // The very ends, as learning leaves them, go out and in again.
+        for end in tuning.limits() {
+            assert_eq!(tuning.start_from(&end.values(HZ), HZ), Ok(()));
+            assert_eq!(tuning.start.values(HZ), end.values(HZ));
+        }
+    }
+}
+
+#[test]
+fn every_parameter_of_the_law_is_the_rigs_or_says_how_fast_it_moves() {
+    let others: Vec<&str> = Key::ALL
+        .into_iter()
+        .filter(|key| !MEASURED_AGAINST.contains(key))
+        .map(|key| key.row().key)
+        .filter(|key| key.starts_with("servo_"))
+        .collect();
+    let speeds = ["speed_m_per_s", "acceleration_m_per_s2", "jerk_m_per_s3", "bandwidth_rad_per_s"];
+    let following = ["observer_rad_per_s", "force_rate_per_s", "lead_s"];
+    assert_eq!(
+        others,
+        [&speeds[..], &following[..]].concat().iter().map(|key| format!("servo_{key}")).collect::<Vec<_>>()
+    );
 }

@@ -6,15 +6,16 @@ use super::air::{Chambers, Critical};
 use super::delay;
 use super::factor::{Factor, Share};
 use super::hold::{HoldLimits, Weights};
-use super::inversion::Valve;
+use super::inversion::{Valve, ValveModel};
 use super::law::LawGains;
-use super::learning::LearningRates;
+use super::learned::{Learned, Quantities, Quantity};
+use super::learning::{GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
 use super::observer::{Body, ObserverGains};
 use super::opening::{OPENING_KNOTS, OPENING_STEP_V, Opening};
 use super::reference::Limits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
-use super::{Acceleration, Micrometres, Ratio, Tick, Ticks};
+use super::{Acceleration, Damping, Micrometres, Ratio, Tick, Ticks};
 use crate::config::{ConfigError, demand, scaled};
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::parameters::{Key, Parameters};
@@ -46,12 +47,6 @@ const PEAK_HELD_S: f64 = 1.0;
 const COULOMB_START: f64 = 0.7;
 /// Rates of learning, 1/s: gain, dead zone, friction.
 const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
-/// Bounds of the dead zone over its nominal width.
-const ZONE_BOUNDS: [f64; 2] = [0.75, 1.25];
-/// Bounds of the friction over its nominal value.
-const FRICTION_BOUNDS: [f64; 2] = [0.3, 1.5];
-/// Bounds of the lag over its nominal value.
-const LAG_BOUNDS: [f64; 2] = [0.25, 3.5];
 /// How fast the lag is learned while the angle turns, 1/s.
 const LAG_RATE: f64 = 5.0;
 /// Change of angle above which the force tells the lag, rad/s.
@@ -110,10 +105,10 @@ pub struct Tuning {
     pub(super) stick: StickGains,
     /// Speed below which the reference stands.
     pub(super) standing: Velocity,
-    /// Friction and mass before any were learned.
-    pub(super) body: Body,
-    /// Lag before any was learned.
+    /// Nominal lag.
     pub(super) lag: Ticks,
+    /// What a run begins with while none was learned.
+    pub(super) start: Learned,
     /// Delay of the command by the hoses.
     pub(super) delay_ticks: u8,
     /// From the reference's acceleration to what the velocity will have changed by when the valve acts.
@@ -235,18 +230,20 @@ impl Tuning {
                 lag: Share::new(LAG_RATE * t),
                 turn: Share::new((force_rate * t).min(1.0)),
                 turning_square: exactly(TURNING * t * TURNING * t),
-                lag_bounds: LAG_BOUNDS.map(|bound| exactly(bound * lag * hz)),
+                lag_bounds: Quantity::Lag.limits().map(|bound| exactly(bound * lag * hz)),
                 body: Factor::new(LEARN[2] * t / unit),
                 coulomb: exactly(coulomb),
                 viscous: exactly(viscous),
-                viscous_bounds: FRICTION_BOUNDS.map(|bound| exactly(bound * viscous)),
+                viscous_bounds: Quantity::Viscous.limits().map(|bound| exactly(bound * viscous)),
                 viscous_part: Factor::new(viscous / unit),
                 inertia_part: Factor::new(1.0 / unit),
                 mass_part: Share::new(MASS_PART),
                 zone_bounds: valve.zones.map(|zone| {
-                    ZONE_BOUNDS.map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
+                    Quantity::ZoneRight
+                        .limits()
+                        .map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
-                coulomb_bounds: FRICTION_BOUNDS.map(|bound| exactly(bound * coulomb)),
+                coulomb_bounds: Quantity::Coulomb.limits().map(|bound| exactly(bound * coulomb)),
             },
             valve,
             stream: StreamGains {
@@ -301,8 +298,12 @@ impl Tuning {
             },
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
             standing: exactly(STANDING),
-            body: Body { coulomb: exactly(COULOMB_START * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
             lag: exactly(lag * hz),
+            start: Learned::of(
+                &ValveModel { zones: valve.zones, gains: [Ratio::ONE; 2] },
+                &Body { coulomb: exactly(COULOMB_START * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
+                exactly(lag * hz),
+            ),
             delay_ticks,
             lead: Factor::new(f64::from(p.servo_lead_s)),
             slipping: p.servo_stick_slip.then(|| Factor::new(weight * hz)),
@@ -311,6 +312,41 @@ impl Tuning {
             noise_follow: Share::new(NOISE_RATE * t),
             caution_of: Factor::new(1.0 / QUIET_UM),
         })
+    }
+
+    /// The rig's nominal values of what is learned.
+    pub(crate) fn nominal(&self) -> Learned {
+        let LearningRates { coulomb, viscous, .. } = self.learning;
+        let valve = ValveModel { zones: self.valve.zones, gains: [Ratio::ONE; 2] };
+        Learned::of(&valve, &Body { coulomb, viscous, mass: Ratio::ONE }, self.lag)
+    }
+
+    /// The limits that learning keeps to: lowest and highest values.
+    pub(super) fn limits(&self) -> [Learned; 2] {
+        let LearningRates { coulomb_bounds, viscous_bounds, zone_bounds, lag_bounds, .. } = self.learning;
+        let [right, left] = zone_bounds;
+        let (gain, mass) = (GAIN_BOUNDS.map(Ratio::to_bits), MASS_BOUNDS.map(Ratio::to_bits));
+        let ends = [
+            gain,
+            gain,
+            right.map(Voltage::to_bits),
+            left.map(Voltage::to_bits),
+            lag_bounds.map(Ticks::to_bits),
+            coulomb_bounds.map(Acceleration::to_bits),
+            viscous_bounds.map(Damping::to_bits),
+            mass,
+        ];
+        [Learned { bits: ends.map(|[least, _]| least) }, Learned { bits: ends.map(|[_, most]| most) }]
+    }
+
+    /// Begins with these values instead of nominal ones.
+    ///
+    /// # Errors
+    /// The first quantity beyond its limits; nothing has changed then.
+    pub(crate) fn start_from(&mut self, values: &Quantities, tick_hz: u32) -> Result<(), Quantity> {
+        let [least, most] = self.limits();
+        self.start = Learned::between(values, [&least, &most], tick_hz)?;
+        Ok(())
     }
 }
 

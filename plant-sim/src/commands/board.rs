@@ -11,6 +11,7 @@ use board_link::{Command, Generator, Parameter, Reply, Shape};
 use plant_sim::board::{BoardError, Client};
 use plant_sim::commission::calibrate::Channel;
 use plant_sim::commission::dead_zone::Search;
+use plant_sim::learned;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -135,6 +136,12 @@ enum Action {
     Tune(tune::Arguments),
     /// Write all parameters to flash
     Save,
+    /// What the positioning law has learned, beside nominal values and limits
+    Learned,
+    /// Write what was learned to flash, with all parameters: from then on every start begins with it. Only while idle
+    Keep,
+    /// Forget what was kept, and write all parameters to flash: every start begins with nominal values
+    Forget,
     /// Back to the defaults (not saved)
     Defaults,
     /// Bench mode: the on-board model in place of sensors and valve
@@ -328,6 +335,9 @@ fn command(action: &Action) -> Result<Command, CliError> {
         Action::Identify(motion) => motion.generator(Shape::Identification)?,
         Action::Get { name: Some(name) } => Command::Get(parameter(name)?),
         Action::Save => Command::Save,
+        Action::Learned => Command::Learned,
+        Action::Keep => Command::Keep,
+        Action::Forget => Command::Forget,
         Action::Defaults => Command::Defaults,
         Action::Bench { switch } => Command::Bench { on: switch == "on" },
         Action::LastFault => Command::LastFault,
@@ -349,6 +359,14 @@ fn show(reply: &Reply) {
     match reply {
         Reply::Done => say!("done"),
         Reply::Value(value) => say!("{value}"),
+        Reply::Learned(values) => {
+            say!("{}", super::text_table(&learned::table(values)).trim_end());
+            match (values.kept, values.refused) {
+                (None, _) => say!("nothing kept: a start begins with nominal values"),
+                (Some(_), None) => say!("a start begins with what is kept"),
+                (Some(_), Some(why)) => say!("what is kept is not used: {}", why.words()),
+            }
+        }
         Reply::Samples(samples) => say!("{samples:?}"),
         Reply::Text(text) if text.is_empty() => say!("no fault on record"),
         Reply::Text(text) => say!("{text}"),

@@ -12,7 +12,8 @@ use std::path::PathBuf;
 ///
 /// Per line on standard input "y_ref_m adc_position adc_p_a adc_p_b adc_p_sup" (codes: integers of io.adc_bits) one
 /// line "dac_code state" is answered on standard output, where state is "run" or "safe:REASON". Each line is one tick
-/// of io.tick_hz. The controller starts armed. A malformed line is answered "error ..." and changes nothing.
+/// of io.tick_hz. The controller starts armed. A malformed line is answered "error ..." and changes nothing. The line "learned" is no
+/// tick: it is answered with what the positioning law has learned.
 ///
 /// The board's model monitor runs too and knows the rig file. By default it only warns, once, on standard error: a
 /// plant with other physics than the rig file's is no fault here. With --monitor trip it leads to the safe state, as on
@@ -54,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 "correct it, or give --monitor off",
             ),
         })?;
-    let mut coprocess = Coprocess::new(setup, u32::from(parameters.adc_bits));
+    let mut coprocess = Coprocess::new(setup, &parameters);
     let warn = |tick| {
         eprintln!(
             "warning: at tick {tick} the readings contradict the rig's nominal values, by the controller's model monitor; \

@@ -2,6 +2,7 @@
 
 use super::CliError;
 use indicatif::{ProgressBar, ProgressStyle};
+use plant_sim::learned;
 use plant_sim::probe::{self, Choice};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::InputError;
@@ -70,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut recorder = Recorder::new();
     let chunks = pump(input);
     let mut first_s = None;
-    let mut broken = None;
+    let (mut broken, mut learned) = (None, None);
     while !stop.load(Ordering::Relaxed) {
         let bytes = match chunks.recv_timeout(PATIENCE) {
             Ok(Ok(bytes)) => bytes,
@@ -84,6 +85,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let mut remarks = Vec::new();
         decode(decoder.as_mut(), &bytes, &mut recorder, &mut remarks);
         for remark in remarks {
+            // Told once a second: the last one will do.
+            if let Remark::Learned(..) = remark {
+                learned = Some(remark);
+                continue;
+            }
             view.suspend(|| eprintln!("{}", sentence(&remark)));
         }
         view.set_message(line(&recorder));
@@ -119,6 +125,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         tally.unscaled,
         arguments.out.display()
     );
+    if let Some(learned) = &learned {
+        eprintln!("{}", sentence(learned));
+    }
     match broken {
         None => Ok(()),
         Some(error) => Err(CliError::Failed(format!("{from}: {error}; what came before is in the log"))),
@@ -171,6 +180,7 @@ pub(crate) fn sentence(remark: &Remark) -> String {
         Remark::Lost(t_s, count) => format!("{t_s:10.3} s  {count} records lost"),
         Remark::Restart(t_s) => format!("{t_s:10.3} s  the board has restarted"),
         Remark::Disagreement(t_s) => format!("{t_s:10.3} s  the readings contradict the board's model"),
+        Remark::Learned(t_s, values) => format!("{t_s:10.3} s  learned {}", learned::words(values)),
         Remark::Text(text) => format!("              {text}"),
     }
 }

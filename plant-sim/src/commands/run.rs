@@ -7,6 +7,7 @@ use plant_sim::bound::bound_s;
 use plant_sim::charts;
 use plant_sim::controller;
 use plant_sim::emulated::positioning;
+use plant_sim::learned;
 use plant_sim::metrics::StepMetrics;
 use plant_sim::recording::Recording;
 use plant_sim::{ConversionNoise, LoopSettings, MonitorAction};
@@ -103,12 +104,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
     let table = table(&runs);
     say!("{}", super::text_table(&table));
+    let learned = learned(&runs);
+    if let Some(learned) = &learned {
+        say!("{}", super::text_table(learned));
+    }
     for warning in warnings(&runs) {
         eprintln!("warning: {warning}");
     }
 
     let report = arguments.out.join("run.html");
-    let page = page(&runs, table, arguments);
+    let page = page(&runs, table, learned, arguments);
     write_file(&report, |out| out.write_all(page.to_html().as_bytes()))?;
     let picture = arguments.out.join("run.svg");
     write_file(&picture, |out| out.write_all(picture_of(&runs, arguments)?.as_bytes()))?;
@@ -258,6 +263,12 @@ fn table(runs: &[Run]) -> Table {
     table
 }
 
+/// What the positioning law had learned by the end of each of its runs.
+fn learned(runs: &[Run]) -> Option<Table> {
+    let learned: Vec<_> = runs.iter().filter_map(|run| Some((&*run.rig, run.recording.learned.as_ref()?))).collect();
+    (!learned.is_empty()).then(|| learned::comparison(learned))
+}
+
 /// A plot for each rig, its runs up to `to_s`.
 fn comparisons(runs: &[Run], arguments: &Arguments, to_s: f64) -> Vec<Plot> {
     runs.chunk_by(|a, b| a.rig == b.rig)
@@ -268,7 +279,7 @@ fn comparisons(runs: &[Run], arguments: &Arguments, to_s: f64) -> Vec<Plot> {
         .collect()
 }
 
-fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
+fn page(runs: &[Run], table: Table, learned: Option<Table>, arguments: &Arguments) -> Page {
     let target_mm = arguments.target * 1e3;
     let mut page = Page::new(format!("Positioning step to {target_mm} mm"));
     page.text(
@@ -288,6 +299,12 @@ fn page(runs: &[Run], table: Table, arguments: &Arguments) -> Page {
          the plots. Settling: the time after which the error stays within the band; – means that it does not within the run. \
          Steady error and hunting are taken from the last third.",
     ));
+    if let Some(learned) = learned {
+        page.table(learned.caption(
+            "What the positioning law had learned by the end, over the rig file's nominal values: it lies between the limits of the first \
+             line, and changes only while the motion shows it.",
+        ));
+    }
     page.plots(comparisons(runs, arguments, arguments.duration));
     let names: Vec<String> = runs.iter().map(Run::name).collect();
     let named: Vec<_> = names.iter().map(String::as_str).zip(runs.iter().map(|run| &run.recording)).collect();

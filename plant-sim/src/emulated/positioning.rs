@@ -5,10 +5,11 @@ use super::EmulatedError;
 use super::board::Event;
 use super::commission;
 use super::session::Session;
+use crate::board::BoardError;
 use crate::closed_loop::{LoopRecord, LoopSettings};
 use crate::recording::Recording;
 use crate::telemetry::Remark;
-use board_link::{Command, Generator, Parameter, Reply};
+use board_link::{Command, Generator, Parameter, Refusal, Reply};
 use control::{Mode, Parameters, Reason};
 use firmware_core::code_of_sum;
 use monitor::MonitorParameters;
@@ -108,6 +109,12 @@ pub fn position(
         }
     }
     recording.mode = mode_of(&state(&mut session)?);
+    recording.learned = match session.client()?.ask(Command::Learned) {
+        Ok(Reply::Learned(values)) => Some(values),
+        Ok(_) => return Err(BoardError::Unexpected.into()),
+        Err(BoardError::Refused(Refusal::NothingLearned)) => None,
+        Err(error) => return Err(error.into()),
+    };
     let (telemetry, remarks) = session.telemetry();
     recording.contradicted_s = remarks.iter().find_map(|remark| match remark {
         Remark::Disagreement(t_s) => Some(*t_s - first_tick as f64 / f64::from(rig.io.tick_hz)),

@@ -10,5 +10,6 @@ mod words;
 pub use apply::{Applied, Configured, apply, informed};
 pub use json::to_json;
 pub use page::{Source, page};
+pub(crate) use units::significant;
 pub use units::{quantity, with_error};
 pub use words::{headline, summary};

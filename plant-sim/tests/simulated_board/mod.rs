@@ -32,7 +32,8 @@ pub(crate) struct Simulated {
     pub(crate) plant: Simulator<f64>,
     /// Offset and gain by which each sensor reads: `shown = offset + gain · true`.
     pub(crate) sensors: [[f64; 2]; 4],
-    noise: [f64; 4],
+    /// Standard deviation of a code of each sensor, in its unit.
+    pub(crate) noise: [f64; 4],
     converters: [Converter; 4],
     /// What a code makes the valve do.
     pub(crate) valve: Converter,
@@ -40,6 +41,8 @@ pub(crate) struct Simulated {
     random: Xoshiro256PlusPlus,
     answers: VecDeque<u8>,
     supply_pa: f64,
+    /// What a restart finds.
+    pub(crate) flash: Settings,
 }
 
 impl Simulated {
@@ -52,7 +55,7 @@ impl Simulated {
         let mut board = Self {
             code: control_loop.safe_code(),
             control_loop,
-            desk: Desk::new(settings, "simulated", "0.0.0", "".try_into().expect("empty")),
+            desk: Desk::new(settings.clone(), "simulated", "0.0.0", "".try_into().expect("empty")),
             session: Session::new(),
             accumulator: Accumulator::new(),
             snapshot: Snapshot::new(),
@@ -65,9 +68,20 @@ impl Simulated {
             random: Xoshiro256PlusPlus::seed_from_u64(7),
             answers: VecDeque::new(),
             supply_pa: rig.rig.supply.pressure_pa,
+            flash: settings,
         };
         board.run(300);
         board
+    }
+
+    /// Power off and on: the piston stays where it is.
+    pub(crate) fn restart(&mut self) {
+        let settings = self.flash.clone();
+        self.control_loop = ControlLoop::new(settings.setup().expect("saved as it fits together"), None);
+        self.code = self.control_loop.safe_code();
+        self.desk = Desk::new(settings, "simulated", "0.0.0", "".try_into().expect("empty"));
+        self.snapshot = Snapshot::new();
+        self.run(300);
     }
 
     pub(crate) fn run(&mut self, ticks: u32) {
@@ -82,7 +96,7 @@ impl Simulated {
             }
             let tick = self.control_loop.tick(codes, ExternalFaults::default(), true);
             self.control_loop.watch();
-            self.snapshot.publish(&tick.record, self.control_loop.bench());
+            self.snapshot.publish(&tick.record, &self.control_loop);
             if tick.record_due {
                 self.recent.push(&tick.record);
             }
@@ -128,7 +142,20 @@ impl Simulated {
                         if outcome.shown_by(self.snapshot.mode()) { Ok(Reply::Done) } else { Err(Refusal::State) }
                     }
                     Action::Samples => Ok(Reply::Samples(self.recent.take())),
-                    Action::Save | Action::Restart | Action::Bootloader => Ok(Reply::Done),
+                    Action::Save => {
+                        self.flash = self.desk.settings().clone();
+                        Ok(Reply::Done)
+                    }
+                    Action::Keep(kept) => {
+                        self.desk.keep(kept);
+                        self.flash = self.desk.settings().clone();
+                        Ok(Reply::Done)
+                    }
+                    Action::Restart => {
+                        self.restart();
+                        Ok(Reply::Done)
+                    }
+                    Action::Bootloader => Ok(Reply::Done),
                 });
                 self.session.answered(result)
             }
