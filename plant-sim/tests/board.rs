@@ -26,7 +26,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                 let codes = [32_767 + noise, 23_710 + noise, 23_712, 45_870];
                 let tick = control_loop.tick(codes, ExternalFaults::default(), true);
                 control_loop.watch();
-                snapshot.publish(&tick.record, &control_loop);
+                snapshot.publish(&tick.record, control_loop);
             }
             snapshot.mode()
         };

@@ -1,6 +1,6 @@
 //! Who executes the control step.
 
-use control::{ControllerState, DacCode, Inputs, Mode, Parameters, Reason};
+use control::{ControllerState, DacCode, Inputs, Learned, Mode, Parameters, Reason};
 use firmware_core::{BenchPlant, ControlLoop, LoopTick, MonitorSetup, Order, Setup};
 use monitor::MonitorParameters;
 use plant_model::Plant;
@@ -100,6 +100,12 @@ impl HostTarget {
     #[must_use]
     pub fn closest_to_disagreement(&self) -> f32 {
         self.closest
+    }
+
+    /// What the positioning law has learned so far; `None` under the paper's law.
+    #[must_use]
+    pub fn learned(&self) -> Option<Learned> {
+        self.control_loop.learned()
     }
 
     /// A tick with everything that it leaves for telemetry.

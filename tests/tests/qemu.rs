@@ -2,13 +2,13 @@
 //!
 //! Skipped with a message where QEMU or the target is missing, and without POSITIONER_TESTS=all.
 
-use control::{Inputs, LawChoice, Mode, OperatorCommand, Position};
+use control::{Inputs, LawChoice, Mode, OperatorCommand, Position, Quantities};
 use firmware_core::lockstep::Counts;
 use firmware_core::{BenchPlant, mode_number};
 use plant_sim::telemetry::{Recorder, Remark, decode, format_table};
 use rig_files::Log;
 use scenarios::qemu::{QemuTarget, guest};
-use scenarios::{Sample, Scenario, Target, host_target, listing, run_observed};
+use scenarios::{HostTarget, Sample, Scenario, Target, TargetError, TickOutput, host_target, listing, run_observed};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 use test_stages::skipped;
@@ -181,6 +181,62 @@ fn a_recorded_stream_of_the_running_firmware_becomes_a_log_with_every_sample_and
     assert!(torn.tally.records + torn.tally.lost >= samples.len() as u64 - 1);
     let log = Log::parse(torn.log().to_csv().into_bytes(), "torn.csv").expect("a log");
     assert!(!log.gaps().is_empty());
+}
+
+/// The loop on this computer, and what it had learned after each second.
+struct Learning {
+    host: HostTarget,
+    tick_hz: u32,
+    ticks: u32,
+    seconds: Vec<Quantities>,
+}
+
+impl Target for Learning {
+    fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError> {
+        let output = self.host.tick(inputs);
+        self.ticks += 1;
+        if self.ticks.is_multiple_of(self.tick_hz) {
+            self.seconds.extend(self.host.learned().map(|learned| learned.values(self.tick_hz)));
+        }
+        output
+    }
+
+    fn watchdog_reset(&mut self) -> Result<(), TargetError> {
+        self.host.watchdog_reset()
+    }
+}
+
+#[test]
+fn telemetry_tells_once_a_second_what_the_law_has_learned_as_on_the_host() {
+    let Some(elf) = guest_or_skip() else { return };
+    let text = "name = \"learning\"\nrig = \"paper-b\"\ndead_zone_v = 0.42\nduration_s = 3.5\n\
+                reference = [{ at_s = 0.0, position_m = 0.045 }, { at_s = 1.5, position_m = -0.045 }]\n\
+                control = { law = \"servo\" }\nexpect = {}\n";
+    let scenario = Scenario::parse(text, "learning.toml", Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
+    let tick_hz = scenario.parameters("learning").expect("parameters").tick_hz;
+    let host = host_target(&scenario).expect("host target");
+    let mut learning = Learning { host, tick_hz, ticks: 0, seconds: Vec::new() };
+    run_observed(&scenario, &mut learning, |_| ()).expect("host run");
+
+    let stream = std::env::temp_dir().join(format!("positioner-learned-{}.bin", std::process::id()));
+    let mut target = QemuTarget::start(elf, &scenario, &pipes("learned"), Some((&stream, 10)), false)
+        .unwrap_or_else(|error| panic!("{error}"));
+    run_observed(&scenario, &mut target, |_| ()).expect("run");
+    target.finish().expect("end");
+    let bytes = std::fs::read(&stream).expect("stream");
+    let _ = std::fs::remove_file(&stream);
+    let table = format_table(&std::fs::read(elf).expect("guest"), "firmware-qemu").expect("formats");
+    let (mut recorder, mut remarks) = (Recorder::new(), Vec::new());
+    decode(table.new_stream_decoder().as_mut(), &bytes, &mut recorder, &mut remarks);
+    let told = remarks.into_iter().filter_map(|remark| match remark {
+        Remark::Learned(_, values) => Some(values),
+        _ => None,
+    });
+    let told: Vec<Quantities> = told.collect();
+    println!("{told:?}");
+    assert_eq!(told.len(), 3);
+    assert_eq!(told, learning.seconds);
+    assert!(told[0] != told[2], "the second move teaches more");
 }
 
 #[test]
