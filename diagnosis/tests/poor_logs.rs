@@ -1,7 +1,9 @@
 //! Logs that say little get a plain answer: what is missing, or that nothing shows.
 
 use diagnosis::{DiagnosisError, diagnose};
+use plant_model::Effect;
 use rig_files::{Log, RigFile, Verdict};
+use synthesis::Cause;
 use synthesis::blind::{Class, Nominal, plans};
 
 /// Five seconds at 1 kHz of a piston that rests, closed in at the slow-motion pressure.
@@ -71,6 +73,19 @@ fn poor_experiments_without_a_gap_name_nothing() {
         count += 1;
     }
     assert_eq!(count, 4);
+}
+
+/// "At most" on a data sheet is no value: the rig file states half of it, give or take half of that.
+#[test]
+fn a_valve_better_than_its_data_sheet_is_no_finding() {
+    for (plan, half_width_v) in plans(Class::Null, Nominal::Exact, 3, 20_261_123).into_iter().zip([0.0, 0.003, 0.018]) {
+        let mut case = plan.draw();
+        case.rig_file.effects.set(Effect::ValveHysteresis, &[0.01]);
+        case.rig_file.tolerance.set_effect(Effect::ValveHysteresis, 0, 0.5);
+        case.causes = vec![Cause::Catalogue(Effect::ValveHysteresis, [half_width_v, 0.0, 0.0])];
+        let diagnosis = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        assert_eq!(diagnosis.verdict, Verdict::NoGap, "{plan}, {half_width_v} V: {:?}", diagnosis.causes);
+    }
 }
 
 /// A piston of rig (a) thrown up again and again by chamber A, which is vented while it flies: position and p_a of 40 s at

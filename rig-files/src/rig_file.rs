@@ -325,6 +325,8 @@ fn tolerance(table: &Entry<'_>) -> Result<Tolerance, InputError> {
     for entry in table.table()? {
         if entry.name == "default" {
             tolerance.default = relative(&entry)?;
+        } else if entry.name == "effects" {
+            tolerances_of_effects(&entry, &mut tolerance)?;
         } else if is_table(entry.name) {
             // `load.mass_kg = 0.005` is a table `load` to TOML.
             for inner in entry.table()? {
@@ -344,6 +346,23 @@ fn tolerance(table: &Entry<'_>) -> Result<Tolerance, InputError> {
         }
     }
     Ok(tolerance)
+}
+
+/// `effects.valve-lag.time_constant_s = 0.3` in `[tolerance]`.
+fn tolerances_of_effects(table: &Entry<'_>, tolerance: &mut Tolerance) -> Result<(), InputError> {
+    for entry in table.table()? {
+        let Some(effect) = Effect::from_id(entry.name) else {
+            return Err(entry.unknown(Effect::ALL.map(Effect::id)));
+        };
+        let parameters = effect.info().parameters;
+        for parameter in entry.table()? {
+            let Some(index) = parameters.iter().position(|info| info.name == parameter.name) else {
+                return Err(parameter.unknown(parameters.iter().map(|info| info.name)));
+            };
+            tolerance.set_effect(effect, index, relative(&parameter)?);
+        }
+    }
+    Ok(())
 }
 
 fn effects(table: &Entry<'_>, rig: &Rig<f64>) -> Result<Effects<f64>, InputError> {

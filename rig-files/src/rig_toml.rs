@@ -47,6 +47,9 @@ impl RigFile {
             let name = if rig_key(key.name).is_some() { key.name } else { key.path };
             writeln!(text, "{name} = {}", number(value))?;
         }
+        for (effect, parameter, value) in self.tolerance.effect_entries(&self.effects) {
+            writeln!(text, "{} = {}", effect.info().parameters[parameter].key, number(value))?;
+        }
         for (effect, values) in self.effects.iter() {
             writeln!(text, "\n[effects.{}]", effect.id())?;
             for (info, value) in effect.info().parameters.iter().zip(values) {

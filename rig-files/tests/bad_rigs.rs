@@ -1,5 +1,6 @@
 //! A table of malformed rig files: each gives one error that names the line or key and the remedy.
 
+use plant_model::Effect;
 use rig_files::RigFile;
 
 /// What to replace in a good rig file, by what, and the words the error must contain.
@@ -107,4 +108,22 @@ fn tolerances_are_found_by_plain_and_by_full_key() {
     assert_eq!((tolerance.of("mass_kg"), tolerance.of("load.mass_kg")), (0.005, 0.005));
     assert_eq!((tolerance.of("area_m2"), tolerance.of("gas.temperature_k")), (0.0, 0.01));
     assert_eq!(tolerance.of("friction.coulomb_n"), 0.02);
+}
+
+#[test]
+fn a_stated_effect_has_a_tolerance_of_its_own() {
+    let effects = "effects.valve-lag.time_constant_s = 0.3\n\n[effects.valve-lag]\ntime_constant_s = 0.002\n";
+    let rig = RigFile::parse(&(RigFile::paper_a().to_toml() + effects), "r.toml").expect("good");
+    assert_eq!(rig.tolerance.of_effect(Effect::ValveLag, 0), 0.3);
+    assert_eq!(rig.tolerance.of_effect(Effect::ValveHysteresis, 0), 0.0);
+    // Written and read again it is the same.
+    assert_eq!(RigFile::parse(&rig.to_toml(), "r.toml").expect("good"), rig);
+    let wrong = [("valve-lag.time_constant_s", "valve-log.time_constant_s", "did you mean `valve-lag`?")];
+    for (right, wrong, remedy) in
+        wrong.into_iter().chain([("time_constant_s", "time", "did you mean `time_constant_s`?")])
+    {
+        let text = RigFile::paper_a().to_toml() + &effects.replacen(right, wrong, 1);
+        let error = RigFile::parse(&text, "r.toml").expect_err(wrong).to_string();
+        assert!(error.contains(remedy) || error.contains("known here: time_constant_s"), "{error}");
+    }
 }

@@ -125,15 +125,14 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
     };
     let references: Vec<&Residuals> = own.iter().collect();
     for (place, parameter) in null.parameters.iter().enumerate() {
-        let Slot::Nominal(key) = parameter.slot else { continue };
+        let name = match parameter.slot {
+            Slot::Nominal(key) => key.path,
+            Slot::Stated(effect, index) => effect.info().parameters[index].key,
+            Slot::Effect(..) | Slot::Term(_) | Slot::SupplySensor => continue,
+        };
         let (error, information) = std_error(&beside(place), &base, &references, place);
         let compared_with = parameter.tolerance.unwrap_or(parameter.scale);
-        out.push(Knowledge {
-            name: key.path.to_string(),
-            std_error: error * parameter.scale,
-            compared_with,
-            information,
-        });
+        out.push(Knowledge { name: name.to_string(), std_error: error * parameter.scale, compared_with, information });
     }
     let effects: Vec<Effect> = visibility::candidates(problem);
     let of_effect = |effect: &Effect| -> Option<Knowledge> {

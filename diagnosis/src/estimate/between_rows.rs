@@ -10,7 +10,7 @@ use crate::data::grid::{Between, refined};
 use crate::data::record::Record;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
-use plant_model::Plant;
+use plant_model::{Effect, Plant};
 use rayon::prelude::*;
 use rig_files::RigFile;
 use std::sync::OnceLock;
@@ -20,6 +20,9 @@ const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
 
 /// The record of some rows in steps, with the command held between rows unless the chambers' pressures are plainly likelier,
 /// by as much as a cause must gain, if it moved. The hypothesis is fitted to a part of the record, beginning where it is.
+///
+/// A cause may have come in to undo a wrong reading of the rows, as a delay of half a row does. So the command also counts as
+/// held if then one of the causes is not needed: without it no more than noise is left.
 pub(crate) fn likelier(
     rig: &RigFile,
     plant: &Plant<f64>,
@@ -29,7 +32,7 @@ pub(crate) fn likelier(
     hypothesis: &Hypothesis,
 ) -> Record {
     let air = judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit());
-    let cost = |record: &Record| -> Option<(f64, f64)> {
+    let cost = |record: &Record, hypothesis: &Hypothesis| -> Option<(f64, f64)> {
         let (signals, effort) = (Signals::default(), Effort::default());
         let stretches = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
         let problem = Problem {
@@ -53,12 +56,17 @@ pub(crate) fn likelier(
     if air == 0 || rows.quality.interval_s < constants::close_rows() {
         return held;
     }
-    let Some((if_held, noise)) = cost(&held) else { return held };
+    let Some((if_held, noise)) = cost(&held, hypothesis) else { return held };
+    let enough =
+        |effect: &Effect| cost(&held, &hypothesis.without(*effect, nominal)).is_some_and(|(rest, _)| rest < noise);
+    if hypothesis.effects.par_iter().any(enough) {
+        return held;
+    }
     let late_s = PER_ROW.map(|times| 0.5 * rows.quality.interval_s / times);
     let moved = late_s.into_par_iter().filter_map(|late_s| {
         let mut record = refined(rows.clone(), Between::Moved { late_s });
         between::doubts(&mut record, plant);
-        Some((cost(&record)?.0, record))
+        Some((cost(&record, hypothesis)?.0, record))
     });
     let least = constants::penalty_per_cause().max(constants::share_of_noise() * noise);
     match moved.min_by(|a, b| a.0.total_cmp(&b.0)) {

@@ -15,7 +15,7 @@ const NON_SMOOTH_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
 fn is_non_smooth(parameter: &Parameter) -> bool {
     match parameter.slot {
         // Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
-        Slot::Effect(..) => parameter.channels & Channel::Position.bit() != 0,
+        Slot::Effect(..) | Slot::Stated(..) => parameter.channels & Channel::Position.bit() != 0,
         Slot::Nominal(key) => NON_SMOOTH_KEYS.contains(&key.path),
         Slot::Term(_) | Slot::SupplySensor => false,
     }

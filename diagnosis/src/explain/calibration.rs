@@ -18,6 +18,7 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let (name, nominal, corrected) = match parameter.slot {
             Slot::Nominal(key) => (key.path, key.get(&problem.rig.rig), *value),
             Slot::SupplySensor => (Channel::Supply.column(), shown_pa, shown_pa - value),
+            Slot::Stated(effect, index) => (effect.info().parameters[index].key, parameter.neutral, *value),
             Slot::Effect(..) | Slot::Term(_) => continue,
         };
         let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);

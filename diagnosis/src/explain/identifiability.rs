@@ -23,10 +23,15 @@ pub(crate) fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> 
         out.push("friction.stribeck_velocity_m_per_s".to_string());
     }
     for (place, parameter) in fit.hypothesis.parameters.iter().enumerate() {
-        if let (Slot::Nominal(key), Some(tolerance)) = (parameter.slot, parameter.tolerance) {
+        let path = match parameter.slot {
+            Slot::Nominal(key) => key.path,
+            Slot::Stated(effect, index) => effect.info().parameters[index].key,
+            Slot::Effect(..) | Slot::Term(_) | Slot::SupplySensor => continue,
+        };
+        if let Some(tolerance) = parameter.tolerance {
             let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
             if !variance.is_finite() || variance.max(0.0).sqrt() > 0.7 * tolerance {
-                out.push(key.path.to_string());
+                out.push(path.to_string());
             }
         }
     }

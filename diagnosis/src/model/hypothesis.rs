@@ -21,7 +21,8 @@ impl Hypothesis {
         Self { effects: Vec::new(), parameters: nominal.to_vec(), values: nominal.iter().map(|p| p.neutral).collect() }
     }
 
-    /// The same with one more effect; all other parameters stay free and keep their values.
+    /// The same with one more effect; all other parameters stay free and keep their values. What the rig file states for that
+    /// effect then acts no more.
     pub(crate) fn extended_by(&self, effect: Effect, parameters: Vec<Parameter>, start: &[f64]) -> Self {
         let mut out = self.clone();
         out.effects.push(effect);
@@ -86,7 +87,8 @@ impl Hypothesis {
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
             let replaced = match parameter.slot {
                 Slot::Nominal(key) => stands_for.keys().contains(&key.path),
-                Slot::Effect(..) | Slot::Term(_) | Slot::SupplySensor => false,
+                Slot::Stated(stated, _) if stated == effect => continue,
+                Slot::Effect(..) | Slot::Stated(..) | Slot::Term(_) | Slot::SupplySensor => false,
             };
             if replaced {
                 start[0] = stands_for.take_over(start[0], *value, parameter.neutral);
@@ -128,7 +130,9 @@ impl Hypothesis {
                 Slot::Nominal(key) => {
                     keys.iter().find(|(path, _)| *path == key.path).map_or(0, |(_, exponent)| *exponent)
                 }
-                Slot::Effect(other, index) => other.identification().length_exponents[index],
+                Slot::Effect(other, index) | Slot::Stated(other, index) => {
+                    other.identification().length_exponents[index]
+                }
                 Slot::Term(_) | Slot::SupplySensor => 0,
             };
             let by = match exponent {
@@ -169,6 +173,10 @@ impl Hypothesis {
             out.move_in_step(effect, neutral / removed);
         }
         for parameter in nominal {
+            if matches!(parameter.slot, Slot::Stated(stated, _) if stated == effect) {
+                out.parameters.insert(0, *parameter);
+                out.values.insert(0, parameter.neutral);
+            }
             let Slot::Nominal(key) = parameter.slot else { continue };
             if !stands_for.keys().contains(&key.path) {
                 continue;
@@ -256,18 +264,22 @@ impl Hypothesis {
         let mut out = base.clone();
         let mut slots: Vec<(Effect, [f64; 4])> = Vec::new();
         for (parameter, value) in self.parameters.iter().zip(values) {
-            match parameter.slot {
-                Slot::Term(_) | Slot::SupplySensor => {}
-                Slot::Nominal(key) => key.set(&mut out.rig, *value),
-                Slot::Effect(effect, index) => match slots.iter_mut().find(|(e, _)| *e == effect) {
-                    Some((_, slot)) => slot[index] = *value,
-                    None => {
-                        let mut slot = [0.0; 4];
-                        slot[index] = *value;
-                        slots.push((effect, slot));
-                    }
-                },
-            }
+            let (effect, index, rest) = match parameter.slot {
+                Slot::Term(_) | Slot::SupplySensor => continue,
+                Slot::Nominal(key) => {
+                    key.set(&mut out.rig, *value);
+                    continue;
+                }
+                Slot::Effect(effect, index) => (effect, index, None),
+                Slot::Stated(effect, index) => (effect, index, base.effects.get(effect)),
+            };
+            let place = slots.iter().position(|(e, _)| *e == effect).unwrap_or_else(|| {
+                let mut slot = [0.0; 4];
+                slot.iter_mut().zip(rest.unwrap_or_default()).for_each(|(to, from)| *to = *from);
+                slots.push((effect, slot));
+                slots.len() - 1
+            });
+            slots[place].1[index] = *value;
         }
         // Two nominal values that are corrected separately must stay in order.
         let friction = &mut out.rig.friction;

@@ -1,5 +1,6 @@
 //! The nominal values of the rig file that are corrected within their tolerance.
 
+use super::effects;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
@@ -39,8 +40,15 @@ const ATMOSPHERE: &str = "supply.atmosphere_pa";
 
 /// Constants of nature and geometry count as exact unless the rig file gives them a tolerance of their own: they are known
 /// far better than the default, and each is degenerate with others here.
-const CORRECTED_ON_REQUEST: [(&str, Channels); 2] =
-    [("gas.heat_capacity_ratio", A | B), ("cylinder.area_m2", A | B | Y)];
+///
+/// Of the bristles a log shows little, and only where the piston hardly moves.
+const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
+    ("gas.heat_capacity_ratio", A | B),
+    ("cylinder.area_m2", A | B | Y),
+    ("friction.stiffness_n_per_m", Y),
+    ("friction.damping_n_s_per_m", Y),
+    ("friction.breakaway_m", Y),
+];
 
 /// What data sheets give of valves of ISO 6358, path by path: no two paths of a valve are alike. They stand for the values of
 /// both sides.
@@ -119,6 +127,7 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
             });
         }
     }
+    out.extend(stated_parameters(rig, judgeable));
     if supply_measured {
         let tolerance = constants::supply_sensor() * rig.rig.supply.pressure_pa;
         let farthest = constants::farthest_nominal() * tolerance;
@@ -132,6 +141,31 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
             max: farthest,
             channels: (A | B | S) & judgeable,
         });
+    }
+    out
+}
+
+/// The values of effects that the rig file states with a tolerance, such as the most that a data sheet allows.
+fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
+    let mut out = Vec::new();
+    for (effect, index, relative) in rig.tolerance.effect_entries(&rig.effects) {
+        let nominal = rig.effects.get(effect).and_then(|values| values.get(index)).copied().unwrap_or(0.0);
+        let tolerance = relative * nominal.abs();
+        let channels = effects::channels(effect) & judgeable;
+        if tolerance > 0.0 && channels != 0 {
+            let info = &effect.info().parameters[index];
+            let farthest = constants::farthest_nominal() * tolerance;
+            out.push(Parameter {
+                slot: Slot::Stated(effect, index),
+                neutral: nominal,
+                scale: tolerance,
+                negligible: 0.0,
+                tolerance: Some(tolerance),
+                min: (nominal - farthest).max(info.min),
+                max: (nominal + farthest).min(info.max),
+                channels,
+            });
+        }
     }
     out
 }

@@ -11,8 +11,10 @@ pub(crate) enum Slot {
     Nominal(&'static RigKey),
     /// What the supply's sensor shows too much, Pa.
     SupplySensor,
-    /// A parameter of an effect.
+    /// A parameter of an effect that is a possible cause.
     Effect(Effect, usize),
+    /// A parameter of an effect as the rig file states it, corrected within its tolerance.
+    Stated(Effect, usize),
     /// The factor of a term outside the catalogue, by its place in the library.
     Term(usize),
 }
@@ -21,7 +23,8 @@ impl PartialEq for Slot {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Nominal(one), Self::Nominal(other)) => one.path == other.path,
-            (Self::Effect(one, index), Self::Effect(other, other_index)) => (one, index) == (other, other_index),
+            (Self::Effect(one, index), Self::Effect(other, other_index))
+            | (Self::Stated(one, index), Self::Stated(other, other_index)) => (one, index) == (other, other_index),
             (Self::Term(one), Self::Term(other)) => one == other,
             (Self::SupplySensor, Self::SupplySensor) => true,
             _ => false,

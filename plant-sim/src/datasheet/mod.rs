@@ -7,7 +7,7 @@ pub mod valves;
 use plant_model::{Effect, OpeningTable, Rig};
 use rig_files::RigFile;
 use std::f64::consts::PI;
-use valves::{FLOW_TOLERANCE, HYSTERESIS, STROKE_V, Valve, conductance_of_flow};
+use valves::{FLOW_TOLERANCE, HYSTERESIS, LAG_TOLERANCE, STROKE_V, Valve, conductance_of_flow};
 
 pub use page::commented;
 
@@ -251,7 +251,9 @@ impl SetUp {
         if let Flow::Type(valve) = self.flow {
             let lag_s = 1.0 / (2.0 * PI * valve.cut_off_hz);
             file.effects.set(Effect::ValveLag, &[(lag_s * 1.0e5).round() / 1.0e5]);
-            file.effects.set(Effect::ValveHysteresis, &[HYSTERESIS * STROKE_V]);
+            file.tolerance.set_effect(Effect::ValveLag, 0, LAG_TOLERANCE);
+            file.effects.set(Effect::ValveHysteresis, &[0.5 * HYSTERESIS * STROKE_V]);
+            file.tolerance.set_effect(Effect::ValveHysteresis, 0, 0.5);
         }
         for origin in &origins {
             if let Some(tolerance) = origin.tolerance
@@ -395,13 +397,14 @@ impl SetUp {
         for path in ["friction.coulomb_n", "friction.static_n", "friction.viscous_n_s_per_m"] {
             state(path, typical.into(), Some(0.3));
         }
+        // Published values of one kind of seal differ by a factor of two.
         for path in [
             "friction.stiffness_n_per_m",
             "friction.damping_n_s_per_m",
             "friction.stribeck_velocity_m_per_s",
             "friction.breakaway_m",
         ] {
-            state(path, typical.into(), None);
+            state(path, typical.into(), Some(0.5));
         }
     }
 }
