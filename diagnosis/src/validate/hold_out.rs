@@ -1,17 +1,17 @@
 //! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
 
-use crate::balances::{supply, valve};
+use crate::balances::{piston, supply, valve};
 use crate::constants;
 use crate::data::prepare;
 use crate::data::record::Record;
 use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
+use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::{Gain, HoldOut, Overlay, PerChannel};
 use plant_model::{Inputs, Plant, Side, Simulator, State, Stepper, Tolerance};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
-use rig_files::RigFile;
 
 /// Prediction horizon, s.
 pub(crate) const HORIZON_S: f64 = 0.2;
@@ -25,35 +25,45 @@ pub(crate) struct Comparison<'a> {
     extended: Model,
 }
 
-impl<'a> Comparison<'a> {
-    /// `None` if the log does not hold what a full prediction needs.
-    ///
-    /// Each model is a rig with what the supply's sensor shows too much, Pa.
-    pub(crate) fn new(record: &'a Record, nominal: (&RigFile, f64), extended: (&RigFile, f64)) -> Option<Self> {
-        let has = record.available;
-        if !(has.command && has.pressure_a && has.pressure_b) {
-            return None;
-        }
-        let model = |(file, sensor_pa): (&RigFile, f64)| {
-            Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?, sensor_pa))
-        };
-        Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
+/// The model of a fit, or of the rig file as it stands where there is none. `None` if the log does not hold what a full
+/// prediction needs.
+fn model(problem: &Problem<'_>, fit: Option<&Fit>) -> Option<Model> {
+    let has = problem.record.available;
+    if !(has.command && has.pressure_a && has.pressure_b) {
+        return None;
     }
+    let (plant, supply_sensor_pa) = match fit.map(|fit| (&fit.hypothesis, &fit.hypothesis.values)) {
+        None => (Plant::new(&problem.rig.rig, &problem.rig.effects).ok()?, 0.0),
+        Some((hypothesis, values)) => (hypothesis.plant(problem.rig, values)?, hypothesis.supply_sensor_pa(values)),
+    };
+    Some(Model::new(problem.record, plant, supply_sensor_pa))
+}
 
-    /// Errors of the second model alone, without what noise makes of them; `None` if no prediction of this length fits into
-    /// what is held back.
-    pub(crate) fn of_extended(&self, horizon_s: f64) -> Option<PerChannel> {
-        let Self { record, extended, .. } = self;
-        let mut errors = Errors::default();
-        for stretch in record.stretches.iter().filter(|s| s.held_back) {
-            for [_, run_in, start, end] in windows(record, stretch, horizon_s) {
-                let predicted = predict(record, extended, &Commands { record, until: run_in }, run_in, start, end);
-                for &at in record.rows_in(start..end) {
-                    errors.add(&[record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]], &predicted[at - start]);
-                }
+/// Errors of a fit's model on the part held back; `None` if the log does not hold what a full prediction needs, or no
+/// prediction of this length fits into that part.
+pub(crate) fn errors(problem: &Problem<'_>, fit: &Fit, horizon_s: f64) -> Option<PerChannel> {
+    let (record, model) = (problem.record, model(problem, Some(fit))?);
+    let mut errors = Errors::default();
+    for stretch in record.stretches.iter().filter(|s| s.held_back) {
+        for [_, run_in, start, end] in windows(record, stretch, horizon_s) {
+            let predicted = predict(record, &model, &Commands { record, until: run_in }, run_in, start, end);
+            for &at in record.rows_in(start..end) {
+                errors.add(&[record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]], &predicted[at - start]);
             }
         }
-        (errors.count > 0.0).then(|| errors.rmse())
+    }
+    (errors.count > 0.0).then(|| errors.rmse())
+}
+
+impl<'a> Comparison<'a> {
+    /// The model of a fit beside that of a baseline: another fit, or the rig file as it stands. `None` if the log does not
+    /// hold what a full prediction needs.
+    pub(crate) fn new(problem: &Problem<'a>, baseline: Option<&Fit>, extended: &Fit) -> Option<Self> {
+        Some(Self {
+            record: problem.record,
+            baseline: model(problem, baseline)?,
+            extended: model(problem, Some(extended))?,
+        })
     }
 
     /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
@@ -301,19 +311,10 @@ fn corrected(
     with_motion(record, plant, out, v)
 }
 
-/// A state with a velocity known as well as the sensor tells it: the bristles of a moving piston are fully bent, those of a
-/// resting one hold the force.
+/// A state with a velocity known as well as the sensor tells it.
 fn with_motion(record: &Record, plant: &Plant<f64>, mut state: State<f64>, v_m_per_s: f64) -> State<f64> {
-    let moving = v_m_per_s.abs() > constants::rest_sigmas() * record.velocity_error_m_per_s();
-    let limit = plant.friction_level(&State { v_m_per_s, ..state }).force_n / plant.coefficients().stiffness;
-    if moving {
-        state.v_m_per_s = v_m_per_s;
-        state.z_m = limit * v_m_per_s.signum();
-    } else {
-        let force = plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
-        state.v_m_per_s = 0.0;
-        state.z_m = (force / plant.coefficients().stiffness).clamp(-limit, limit);
-    }
+    let held_n = || plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
+    (state.v_m_per_s, state.z_m) = piston::restarted(record, plant, &State { v_m_per_s, ..state }, held_n);
     state
 }
 
