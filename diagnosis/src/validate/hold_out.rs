@@ -12,6 +12,8 @@ use plant_model::{Inputs, Plant, Side, Simulator, State, Stepper, Tolerance};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Prediction horizon, s.
 pub(crate) const HORIZON_S: f64 = 0.2;
@@ -43,13 +45,13 @@ fn model(problem: &Problem<'_>, fit: Option<&Fit>) -> Option<Model> {
 /// prediction of this length fits into that part.
 pub(crate) fn errors(problem: &Problem<'_>, fit: &Fit, horizon_s: f64) -> Option<PerChannel> {
     let (record, model) = (problem.record, model(problem, Some(fit))?);
+    let predicted = all_windows(record, horizon_s).into_par_iter().map(|[_, run_in, start, end]| {
+        (start..end, predict(record, &model, &Commands { record, until: run_in }, run_in, start, end))
+    });
     let mut errors = Errors::default();
-    for stretch in record.stretches.iter().filter(|s| s.held_back) {
-        for [_, run_in, start, end] in windows(record, stretch, horizon_s) {
-            let predicted = predict(record, &model, &Commands { record, until: run_in }, run_in, start, end);
-            for &at in record.rows_in(start..end) {
-                errors.add(&[record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]], &predicted[at - start]);
-            }
+    for (range, predicted) in predicted.collect::<Vec<_>>() {
+        for &at in record.rows_in(range.clone()) {
+            errors.add(&measured(record, at), &predicted[at - range.start]);
         }
     }
     (errors.count > 0.0).then(|| errors.rmse())
@@ -68,40 +70,28 @@ impl<'a> Comparison<'a> {
 
     /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
     pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
-        let Self { record, baseline, extended } = self;
+        let record = self.record;
         let mut errors = [Errors::default(), Errors::default(), Errors::default()];
         let mut overlay = Overlay::default();
-        // A fixed seed: the floor of a log is always the same.
+        // A fixed seed: the floor of a log is always the same. Drawn in order, predicted side by side.
         let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
-        for stretch in record.stretches.iter().filter(|s| s.held_back) {
-            for [from, run_in, start, end] in windows(record, stretch, horizon_s) {
-                let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
-                let predictions =
-                    [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
-                let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[from..end].to_vec() };
-                let rows = record.rows_in(start..end);
-                // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors'
-                // noise, and by what noise and smoothing leave unknown about the initial state. Where the piston sticks,
-                // chance decides much of that.
-                for _ in 0..constants::noise_floor_draws() {
-                    let perfect = as_if(record, extended, &earlier, from..end, &mut noise);
-                    let own = predict(&perfect, &alike, &history, run_in - from, start - from, end - from);
-                    for row in rows {
-                        let at = row - from;
-                        errors[2].add(&[perfect.y_m[at], perfect.p_a_pa[at], perfect.p_b_pa[at]], &own[row - start]);
-                    }
-                }
-                for &at in rows {
-                    let k = at - start;
-                    let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
-                    errors[0].add(&measured, &predictions[0][k]);
-                    errors[1].add(&measured, &predictions[1][k]);
-                    overlay.t_s.push(record.t_s[at]);
-                    for channel in 0..3 {
-                        overlay.measured[channel].push(measured[channel]);
-                        overlay.baseline[channel].push(predictions[0][k][channel]);
-                        overlay.extended[channel].push(predictions[1][k][channel]);
-                    }
+        let drawn = |window: [usize; 4]| {
+            let count = constants::noise_floor_draws() * deviates_within(record, window[0]..window[3]);
+            (window, StandardNormal.sample_iter(&mut noise).take(count).collect())
+        };
+        let drawn: Vec<([usize; 4], Vec<f64>)> = all_windows(record, horizon_s).into_iter().map(drawn).collect();
+        let predicted = drawn.into_par_iter().map(|(window, deviates)| (window, self.within(window, deviates)));
+        for ([_, _, start, end], (predictions, perfect)) in predicted.collect::<Vec<_>>() {
+            perfect.iter().for_each(|[shown, own]| errors[2].add(shown, own));
+            for &at in record.rows_in(start..end) {
+                let (k, measured) = (at - start, measured(record, at));
+                errors[0].add(&measured, &predictions[0][k]);
+                errors[1].add(&measured, &predictions[1][k]);
+                overlay.t_s.push(record.t_s[at]);
+                for channel in 0..3 {
+                    overlay.measured[channel].push(measured[channel]);
+                    overlay.baseline[channel].push(predictions[0][k][channel]);
+                    overlay.extended[channel].push(predictions[1][k][channel]);
                 }
             }
         }
@@ -114,6 +104,41 @@ impl<'a> Comparison<'a> {
         let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| told(e.rmse()));
         Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
     }
+}
+
+/// What both models predict in a window, and what a perfect model would: for each of its rows and each draw of noise, what its
+/// sensors show and what it predicts.
+type Predicted = ([Vec<[f64; 3]>; 2], Vec<[[f64; 3]; 2]>);
+
+impl Comparison<'_> {
+    /// `deviates`: as many standard normal ones as all draws need.
+    fn within(&self, [from, run_in, start, end]: [usize; 4], deviates: Vec<f64>) -> Predicted {
+        let Self { record, baseline, extended } = self;
+        let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
+        let predictions = [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
+        let alike = Model { plant: extended.plant, supply_pa: extended.supply_pa[from..end].to_vec() };
+        // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors' noise, and by
+        // what noise and smoothing leave unknown about the initial state. Where the piston sticks, chance decides much of that.
+        let mut perfect_ones = Vec::new();
+        for deviates in deviates.chunks(deviates_within(record, from..end).max(1)) {
+            let perfect = as_if(record, extended, &earlier, from..end, deviates);
+            let own = predict(&perfect, &alike, &history, run_in - from, start - from, end - from);
+            let rows = record.rows_in(start..end).iter();
+            perfect_ones.extend(rows.map(|row| [measured(&perfect, row - from), own[row - start]]));
+        }
+        (predictions, perfect_ones)
+    }
+}
+
+/// What the sensors of position and pressures show.
+fn measured(record: &Record, at: usize) -> [f64; 3] {
+    [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]]
+}
+
+/// The windows of all that is held back.
+fn all_windows(record: &Record, horizon_s: f64) -> Vec<[usize; 4]> {
+    let held = record.stretches.iter().filter(|s| s.held_back);
+    held.flat_map(|stretch| windows(record, stretch, horizon_s)).collect()
 }
 
 /// Where the rows of predictions within a stretch are from, where they run in, begin and end, all of them in rows and none
@@ -170,14 +195,16 @@ impl Commands<'_> {
     }
 }
 
+/// How many deviates [`as_if`] takes.
+fn deviates_within(record: &Record, range: Range<usize>) -> usize {
+    let of_row = |k: &usize| 3 + usize::from(record.command_doubt_v.get(*k).is_some());
+    record.rows_in(range).iter().map(of_row).sum()
+}
+
 /// The recording that the sensors would have made, noise included, if the model were the rig.
-fn as_if(
-    record: &Record,
-    model: &Model,
-    history: &Commands<'_>,
-    range: core::ops::Range<usize>,
-    noise: &mut Xoshiro256PlusPlus,
-) -> Record {
+fn as_if(record: &Record, model: &Model, history: &Commands<'_>, range: Range<usize>, deviates: &[f64]) -> Record {
+    let mut deviates = deviates.iter();
+    let mut deviate = || deviates.next().copied().unwrap_or(0.0);
     let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
     let q = &record.quality;
     let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
@@ -187,14 +214,12 @@ fn as_if(
         let sigmas = [&q.position, &q.pressure_a, &q.pressure_b].map(|channel| channel.standard_deviation);
         if record.is_row(k) {
             for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
-                let deviate: f64 = StandardNormal.sample(noise);
-                signal.push(value + deviate * sigma);
+                signal.push(value + deviate() * sigma);
             }
         }
         // What the true command was between rows, nobody knows.
         if let Some(doubt_v) = record.command_doubt_v.get(k).filter(|_| record.is_row(k)) {
-            let deviate: f64 = StandardNormal.sample(noise);
-            unknown_v = deviate * doubt_v;
+            unknown_v = deviate() * doubt_v;
         }
         let inputs = inputs(record, model, k);
         simulator.advance_with(&Inputs { u_v: inputs.u_v + unknown_v, ..inputs }, record.interval_s(k));
