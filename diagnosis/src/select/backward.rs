@@ -16,11 +16,22 @@ pub(crate) struct Pruned {
 
 /// Backward elimination: removes the most dispensable cause, one at a time, while its removal costs less than the
 /// required gain.
-pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Pruned {
+pub(crate) fn prune(problem: &Problem<'_>, fit: Fit) -> Pruned {
+    prune_before(problem, fit, 0)
+}
+
+/// The same among a fit's earlier causes: the last one was just added because it gains enough.
+pub(crate) fn prune_earlier(problem: &Problem<'_>, fit: Fit) -> Fit {
+    prune_before(problem, fit, 1).fit
+}
+
+/// Backward elimination that spares the last causes.
+fn prune_before(problem: &Problem<'_>, mut fit: Fit, spared: usize) -> Pruned {
     loop {
-        let mut without = without_each(problem, &fit);
+        let effects = &fit.hypothesis.effects;
+        let mut without = without_each(problem, &fit, &effects[..effects.len().saturating_sub(spared)]);
         let shortfall = |(place, smaller): (usize, &Option<Fit>)| {
-            let shortfall = shortfall(problem, &fit, smaller.as_ref()?, fit.hypothesis.effects[place]);
+            let shortfall = shortfall(problem, &fit, smaller.as_ref()?, effects[place]);
             (shortfall >= 0.0).then_some((shortfall, place))
         };
         let needless = without.par_iter().enumerate().filter_map(shortfall).max_by(|a, b| a.0.total_cmp(&b.0));
@@ -31,9 +42,16 @@ pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Pruned {
     }
 }
 
-/// For each cause of a fit: the fit without it.
-pub(crate) fn without_each(problem: &Problem<'_>, fit: &Fit) -> Vec<Option<Fit>> {
-    fit.hypothesis.effects.par_iter().map(|effect| refit_without(problem, fit, *effect)).collect()
+impl Pruned {
+    /// A fit whose causes all stay, with the fits without each of them.
+    pub(crate) fn as_it_is(problem: &Problem<'_>, fit: Fit) -> Self {
+        Self { without: without_each(problem, &fit, &fit.hypothesis.effects), fit }
+    }
+}
+
+/// For each of some causes of a fit: the fit without it.
+fn without_each(problem: &Problem<'_>, fit: &Fit, effects: &[Effect]) -> Vec<Option<Fit>> {
+    effects.par_iter().map(|effect| refit_without(problem, fit, *effect)).collect()
 }
 
 /// The fit without one of its causes, everything else fitted anew.

@@ -1,6 +1,6 @@
 //! Exchange: a cause replaced by another that explains the log better, one at a time.
 
-use super::backward::{Pruned, prune, without_each};
+use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
 use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
@@ -153,8 +153,7 @@ pub(crate) fn exchange_images(
             break;
         }
         let Some(image) = fit_image(problem, &best, effect) else { continue };
-        let image = Pruned { without: without_each(problem, &image), fit: image };
-        let (other, alternatives) = exchange(problem, image, memory);
+        let (other, alternatives) = exchange(problem, Pruned::as_it_is(problem, image), memory);
         if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {
             return (other, alternatives);
         }

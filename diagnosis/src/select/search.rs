@@ -1,6 +1,6 @@
 //! The order of the selection: forward selection, backward elimination, exchange, simplification, ties.
 
-use super::backward::{Pruned, prune, without_each};
+use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
 use super::penalty::{penalised_cost, shortfall, wide_open};
@@ -45,7 +45,7 @@ fn forward_selection(
             next.hypothesis.effects.last().is_some_and(|added| shortfall(problem, next, &current, *added) < 0.0)
         };
         let fits = extensions(problem, &current, &Wanted::any(problem), memory);
-        let Some(next) = fits.into_iter().find(enough).map(|next| prune(problem, next).fit) else { break };
+        let Some(next) = fits.into_iter().find(enough).map(|next| prune_earlier(problem, next)) else { break };
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
@@ -91,7 +91,7 @@ pub(crate) fn search(
     // After the elimination there is room for further causes.
     if wide_open(problem, &pruned.fit) {
         let fit = forward_selection(problem, pruned.fit, constants::most_causes(), &mut memory, progress);
-        pruned = Pruned { without: without_each(problem, &fit), fit };
+        pruned = Pruned::as_it_is(problem, fit);
     }
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
