@@ -19,6 +19,8 @@ pub(super) struct Stamp {
 
 /// Dates that can be read in one way only.
 const DATES: [&str; 6] = ["%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%d-%b-%Y", "%d %b %Y", "%b %d %Y"];
+/// How a format says that an offset from universal time stands there.
+const OFFSETS: [&str; 5] = ["%z", "%:z", "%::z", "%:::z", "%#z"];
 const TIMES: [&str; 3] = ["%H:%M:%S%.f", "%H:%M", "%I:%M:%S%.f %p"];
 
 /// Reads stamps without a stated format; remembers which one fitted last.
@@ -58,7 +60,7 @@ pub(super) fn formatted(cell: &str, format: &str) -> Option<Stamp> {
     if !universal {
         return if format.contains("%Z") { None } else { parse(&cell, &format) };
     }
-    let bare = ["%Z", "%z", "%:z", "%#z"].iter().fold(format.clone(), |format, zone| format.replace(zone, ""));
+    let bare = OFFSETS.iter().chain(&["%Z"]).fold(format.clone(), |format, zone| format.replace(zone, ""));
     // The mark may stand in the format as it stands in the cell.
     let stamp = parse(text, bare.trim_end()).or_else(|| parse(&cell, &format))?;
     Some(Stamp { zoned: true, ..stamp })
@@ -79,11 +81,13 @@ fn blank_for_t(format: &str) -> String {
 
 fn parse(text: &str, format: &str) -> Option<Stamp> {
     let since_1970 = |s: i64, ns: u32| i128::from(s) * SECOND_NS + i128::from(ns);
-    if let Ok(stamp) = NaiveDateTime::parse_from_str(text, format) {
+    // Without a zone of its own a stamp would pass over the offset that the format reads.
+    let has_offset = OFFSETS.iter().any(|offset| format.contains(offset));
+    if !has_offset && let Ok(stamp) = NaiveDateTime::parse_from_str(text, format) {
         let utc = stamp.and_utc();
         return Some(Stamp { ns: since_1970(utc.timestamp(), utc.timestamp_subsec_nanos()), zoned: false });
     }
-    let zoned = if format.contains("%z") || format.contains("%#z") { format.into() } else { format!("{format}%#z") };
+    let zoned = if has_offset { format.into() } else { format!("{format}%#z") };
     let stamp = DateTime::parse_from_str(text, &zoned).ok()?;
     Some(Stamp { ns: since_1970(stamp.timestamp(), stamp.timestamp_subsec_nanos()), zoned: true })
 }
