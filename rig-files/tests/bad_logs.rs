@@ -76,6 +76,8 @@ fn wrong_units_are_suspected_aloud_and_right_ones_are_not() {
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,6.1\n")[0].contains("bar"));
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,0\n1,0.4,6e5\n")[0].contains("gauge"));
     assert!(suspicions("t_s,y_m,u_v\n0,0.4,10\n")[0].contains("mid position"));
+    assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,1e6\n1,0.4,6e5\n")[0].contains("sensor's range, in 1 of 2 rows"));
+    assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,1.2e6\n1,0.4,6e5\n")[0].contains("unit"));
 }
 
 #[test]
