@@ -305,6 +305,15 @@ fn another_unit_than_the_headers_is_said_and_the_mapping_holds() {
 }
 
 #[test]
+fn a_draft_finds_the_supply_by_a_letter_as_it_finds_the_chambers() {
+    let row = |part: f64| [part, 200.0 * part, 3.0, 4.0, 6.0].map(|value| format!("{value:.3}")).to_vec();
+    let page = draft(&table("t,y_mm,pA_barg,pB_barg,pS_barg", ",", row), None).text;
+    for (column, name) in [("p_a_pa", "pA_barg"), ("p_b_pa", "pB_barg"), ("p_sup_pa", "pS_barg")] {
+        assert!(page.contains(&format!("[column.{column}]\nfrom = \"{name}\"")), "{page}");
+    }
+}
+
+#[test]
 fn a_draft_sees_a_time_in_stamps_that_name_their_zone() {
     let stamps = (0..50).map(|k| format!("2026-03-01 10:00:00.{k:03} CET,{k},{}\n", k % 7));
     let page = draft(&format!("Time,y [mm],p [bar]\n{}", stamps.collect::<String>()), None).text;

@@ -74,6 +74,8 @@ impl Words {
     fn supply(&self) -> bool {
         self.contain(&["versorg", "supply", "netz", "speis", "vordruck", "zuluft", "source", "kessel"])
             || self.are(&["ps", "psup", "sup", "p0", "line", "tank"])
+            // `pS`, `p_s`.
+            || self.0.windows(2).any(|pair| pair[0] == "p" && pair[1] == "s")
     }
 
     fn feedback(&self) -> bool {
