@@ -305,6 +305,17 @@ fn another_unit_than_the_headers_is_said_and_the_mapping_holds() {
 }
 
 #[test]
+fn a_draft_of_counts_and_of_currents_leaves_open_what_they_mean_and_takes_its_own_advice() {
+    let counts = |part: f64| [4000.0 * part, 1500.0 + part, 2048.0].map(|value| format!("{value:.0}")).to_vec();
+    let page = draft(&table("AI0,AI1,AO0", ",", counts), None).text;
+    assert!(page.contains("# gauge = true") && page.contains("atmosphere_pa = 1.013e5"), "{page}");
+    let current = |part: f64| [part, 4.0 + 16.0 * part, 3.0].map(|value| format!("{value:.3}")).to_vec();
+    let page = draft(&table("t [s],Rod Position [mA],pA_barg", ",", current), None).text;
+    assert!(page.contains("[column.y_m]\nfrom = \"Rod Position [mA]\""), "{page}");
+    assert!(page.contains("points = \"?\"") && page.contains("4 to 20 mA: [[4.0, -"), "{page}");
+}
+
+#[test]
 fn a_draft_finds_the_supply_by_a_letter_as_it_finds_the_chambers() {
     let row = |part: f64| [part, 200.0 * part, 3.0, 4.0, 6.0].map(|value| format!("{value:.3}")).to_vec();
     let page = draft(&table("t,y_mm,pA_barg,pB_barg,pS_barg", ",", row), None).text;

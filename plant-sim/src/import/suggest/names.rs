@@ -113,7 +113,7 @@ pub(super) fn fit(column: Column, name: &str, unit: Meant) -> u32 {
     let none = unit == Meant::Nothing;
     match column {
         Column::Y => {
-            let fits = of(Quantity::Length) || none;
+            let fits = of(Quantity::Length) || none || unit == Meant::Signal;
             let other = words.setpoint() || words.command() || words.pressure();
             match (fits && !other, words.position(), of(Quantity::Length)) {
                 (true, true, sure) => 3 + 2 * u32::from(sure),
