@@ -126,6 +126,15 @@ constants! {
         undone: f64 = 0.1, "",
             "A mistake that, undone, leaves less than this part of the misfit is one.",
             "an order of magnitude: everyday faults change by a few percent when a column is turned round";
+        turned: f64 = 0.2, "",
+            "A sign or a side is wrong if, put right, the valve's opening correlates with the flow so much better.",
+            "of 46 logs of all classes, read rightly, none gained more than -0.1 by another reading; a wrong sign loses 0.4 or more";
+        turns_alike: f64 = 0.65, "",
+            "The least correlation of a reading that is right.",
+            "the least of the same logs with motion: 0.68, most 0.9";
+        gauge_within: f64 = 0.3, "of the atmosphere",
+            "A supply that reads less than stated by the atmosphere, to within this, may be a gauge pressure.",
+            "5 % of 6 bar: what a regulator's gauge is read to";
         frozen_s: f64 = 1.0, "s",
             "A column that keeps one value for longer, while others change, is frozen.",
             "a coarse converter rests on one code for less while a piston works";

@@ -127,11 +127,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     }
     let refitted = (!judgement.leads.is_empty()).then(|| problem.fit(proven, 6).map(|fit| problem.with_errors(fit)));
     let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
-    let predicts = |fit: &Fit| {
-        let (h, values) = (&fit.hypothesis, &fit.hypothesis.values);
-        let rig = h.rig(rig, values);
-        hold_out::Comparison::new(record, (problem.rig, 0.0), (&rig, h.supply_sensor_pa(values)))
-    };
+    let predicts = |fit: &Fit| hold_out::Comparison::new(problem, None, fit);
     let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let mut held = predicts(&kept);
     let mut nearest = at(&held, hold_out::HORIZON_S);

@@ -93,8 +93,9 @@ impl Setup {
         let monitor = match monitor {
             None => None,
             Some(MonitorSetup { plant, parameters: allowed, output_delay_ticks, .. }) => {
-                let monitor = Monitor::for_plant(plant, &allowed, tick_s, output_delay_ticks);
-                Some(monitor.map_err(SetupError::Monitor)?.with_spool_lag(parameters.servo_lag_s))
+                let lag_s = parameters.servo_lag_s;
+                let monitor = Monitor::for_plant(plant, &allowed, tick_s, output_delay_ticks, lag_s);
+                Some(monitor.map_err(SetupError::Monitor)?)
             }
         };
         Ok(Self { config, monitor, monitor_trips, every: every.max(1) })

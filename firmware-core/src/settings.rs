@@ -103,8 +103,8 @@ impl Settings {
         }
         let plant = Plant::without_effects(&self.rig())?;
         let tick_s = 1.0 / self.tick_hz() as f32;
-        let monitor = Monitor::for_plant(plant, &self.monitor_parameters(), tick_s, OUTPUT_DELAY_TICKS)?;
-        Ok(Some(monitor.with_spool_lag(self.get(Parameter::ServoLag))))
+        let (allowed, lag_s) = (self.monitor_parameters(), self.get(Parameter::ServoLag));
+        Ok(Some(Monitor::for_plant(plant, &allowed, tick_s, OUTPUT_DELAY_TICKS, lag_s)?))
     }
 
     /// Check value of the parameters that learned values are measured against.

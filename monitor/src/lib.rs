@@ -136,10 +136,14 @@ impl Monitor {
         tick_s: f32,
         command_delay_ticks: u8,
     ) -> Result<Self, MonitorError> {
-        Self::for_plant(Plant::new(rig, effects)?, parameters, tick_s, command_delay_ticks)
+        Self::for_plant(Plant::new(rig, effects)?, parameters, tick_s, command_delay_ticks, 0.0)
     }
 
     /// A monitor for a plant made beforehand; otherwise as [`Monitor::new`].
+    ///
+    /// `spool_lag_s` is the time constant of the valve's spool where it is known from elsewhere than the plant's effects, s; 0 where
+    /// it is not. It counts for a rig whose hoses are described: there a fast valve moves more air in a millisecond than is
+    /// allowed, and the delay of the hoses alone does not explain it. For the others the allowances were measured without.
     ///
     /// # Errors
     /// A parameter of the monitor that is out of range.
@@ -148,13 +152,15 @@ impl Monitor {
         parameters: &MonitorParameters,
         tick_s: f32,
         command_delay_ticks: u8,
+        spool_lag_s: f32,
     ) -> Result<Self, MonitorError> {
         parameters.validate(tick_s)?;
-        let spool_keep = if plant.added().valve_lag.time_constant_s > 0.0 {
-            (-tick_s / plant.added().valve_lag.time_constant_s).exp()
-        } else {
-            0.0
+        let lag_s = match plant.added().valve_lag.time_constant_s {
+            by_effect if by_effect > 0.0 => by_effect,
+            _ if plant.coefficients().hose_delay_s > 0.0 => spool_lag_s,
+            _ => 0.0,
         };
+        let spool_keep = if lag_s > 0.0 { (-tick_s / lag_s).exp() } else { 0.0 };
         let kink = KinkWatch::new(&plant, tick_s);
         let delay = CommandDelay::new(f32::from(command_delay_ticks) + plant.line_delay_s() / tick_s)?;
         Ok(Self {
@@ -173,17 +179,6 @@ impl Monitor {
             kink,
             strikes: 0,
         })
-    }
-
-    /// The same where the time constant of the valve's spool is known, s. It counts for a rig whose hoses are described:
-    /// there a fast valve moves more air in a millisecond than is allowed, and the delay of the hoses alone does not explain it.
-    /// For the others the allowances were measured without.
-    #[must_use]
-    pub fn with_spool_lag(mut self, lag_s: f32) -> Self {
-        if self.spool_keep == 0.0 && lag_s > 0.0 && self.plant.coefficients().hose_delay_s > 0.0 {
-            self.spool_keep = (-self.tick_s / lag_s).exp();
-        }
-        self
     }
 
     /// The plant as the monitor knows it: it never changes.

@@ -34,6 +34,15 @@ type Good = (&'static str, &'static str, &'static str, &'static [f64], &'static 
 const GOOD: &[Good] = &[
     ("", STAMPED, "t,y,p\n2026-03-01 10:00:00.125,1,2\n2026-03-01 10:00:00.250,2,2\n", &[0.0, 0.125], &[1.0, 2.0]),
     ("", STAMPED, "t,y,p\n2026-03-01T23:59:59.5Z,1,2\n2026-03-02T00:00:00.0Z,2,2\n", &[0.0, 0.5], &[1.0, 2.0]),
+    ("", STAMPED, "t,y,p\n2026-03-01 10:00:00.5 UTC,1,2\n2026-03-01 10:00:01 GMT,2,2\n", &[0.0, 0.5], &[1.0, 2.0]),
+    ("", CLOCK, "t,y,p\n10:00:00.5 UTC,1,2\n10:00:01.0 UTC,2,2\n", &[0.0, 0.5], &[1.0, 2.0]),
+    (
+        "",
+        "from = \"t\"\ntime = \"datetime\"\nformat = \"%d.%m.%Y %H:%M:%S%.f CET\"",
+        "t,y,p\n01.03.2026 10:00:00.5 CET,1,2\n01.03.2026 10:00:01.0 CET,2,2\n",
+        &[0.0, 0.5],
+        &[1.0, 2.0],
+    ),
     // The end of summer time, in stamps that say their zone.
     ("", STAMPED, "t,y,p\n2026-10-25T02:59:59+02:00,1,2\n2026-10-25T02:00:00+01:00,2,2\n", &[0.0, 1.0], &[1.0, 2.0]),
     (
@@ -219,6 +228,33 @@ const BAD: &[Bad] = &[
     ),
     ("", STAMPED, "t,y,p\n2026-10-25 02:59:59.9,1,2\n2026-10-25 02:00:00.0,2,2\n", &["put back by an hour", "zone"]),
     ("", STAMPED, "t,y,p\n2026-10-25 02:00:00Z,1,2\n2026-10-25 02:00:01,2,2\n", &["others do not"]),
+    // The end of summer time, in stamps that name their zone, with and without a format that passes over names.
+    (
+        "",
+        STAMPED,
+        "t,y,p\n2026-10-25 02:59:59 CEST,1,2\n2026-10-25 02:00:00 CET,2,2\n",
+        &[
+            "line 2",
+            "`2026-10-25 02:59:59 CEST`",
+            "a time in a zone called by its name",
+            "+01:00",
+            "`format` under [column.t_s]",
+        ],
+    ),
+    (
+        "",
+        "from = \"t\"\ntime = \"datetime\"\nformat = \"%Y-%m-%d %H:%M:%S %Z\"",
+        "t,y,p\n2026-10-25 02:59:59 CEST,1,2\n2026-10-25 02:00:00 CET,2,2\n",
+        &["line 2", "a time in a zone called by its name", "+01:00"],
+    ),
+    (
+        "",
+        "from = \"t\"\ntime = \"datetime\"\nformat = \"%Y-%m-%d %H:%M:%S CEST\"",
+        "t,y,p\n2026-10-25 02:59:59 CEST,1,2\n2026-10-25 02:00:00 CET,2,2\n",
+        &["line 3", "`2026-10-25 02:00:00 CET`", "+01:00"],
+    ),
+    ("", CLOCK, "t,y,p\n10:00:00 EST,1,2\n", &["line 2", "zone called by its name", "without one", "[column.t_s]"]),
+    ("", SECONDS, "t,y,p\n2026-10-25 02:59:59 CEST,1,2\n", &["a date with a time", "`time = \"datetime\"`"]),
     ("", SECONDS, "t,y,p\n0,1,2\n1,1,2\n0,1,2\n", &["line 4", "from 1 s to 0 s", "second recording"]),
     ("", SECONDS, "t,y,p\n", &["no data"]),
     ("skip_lines = 9", SECONDS, "t,y,p\n", &["no header row", "skip_lines"]),
@@ -266,6 +302,33 @@ fn another_unit_than_the_headers_is_said_and_the_mapping_holds() {
     let Imported { log, notes } = convert(&mapping("", SECONDS, ""), b"t,y,p [kPa]\n0,1,2\n1,1,2\n").expect("a log");
     assert_eq!(log.p_a_pa, Some(vec![2.0e3, 2.0e3]));
     assert!(notes.join(";").contains("kPa taken from the header"), "{notes:?}");
+}
+
+#[test]
+fn a_draft_of_counts_and_of_currents_leaves_open_what_they_mean_and_takes_its_own_advice() {
+    let counts = |part: f64| [4000.0 * part, 1500.0 + part, 2048.0].map(|value| format!("{value:.0}")).to_vec();
+    let page = draft(&table("AI0,AI1,AO0", ",", counts), None).text;
+    assert!(page.contains("# gauge = true") && page.contains("atmosphere_pa = 1.013e5"), "{page}");
+    let current = |part: f64| [part, 4.0 + 16.0 * part, 3.0].map(|value| format!("{value:.3}")).to_vec();
+    let page = draft(&table("t [s],Rod Position [mA],pA_barg", ",", current), None).text;
+    assert!(page.contains("[column.y_m]\nfrom = \"Rod Position [mA]\""), "{page}");
+    assert!(page.contains("points = \"?\"") && page.contains("4 to 20 mA: [[4.0, -"), "{page}");
+}
+
+#[test]
+fn a_draft_finds_the_supply_by_a_letter_as_it_finds_the_chambers() {
+    let row = |part: f64| [part, 200.0 * part, 3.0, 4.0, 6.0].map(|value| format!("{value:.3}")).to_vec();
+    let page = draft(&table("t,y_mm,pA_barg,pB_barg,pS_barg", ",", row), None).text;
+    for (column, name) in [("p_a_pa", "pA_barg"), ("p_b_pa", "pB_barg"), ("p_sup_pa", "pS_barg")] {
+        assert!(page.contains(&format!("[column.{column}]\nfrom = \"{name}\"")), "{page}");
+    }
+}
+
+#[test]
+fn a_draft_sees_a_time_in_stamps_that_name_their_zone() {
+    let stamps = (0..50).map(|k| format!("2026-03-01 10:00:00.{k:03} CET,{k},{}\n", k % 7));
+    let page = draft(&format!("Time,y [mm],p [bar]\n{}", stamps.collect::<String>()), None).text;
+    assert!(page.contains("time = \"datetime\""), "{page}");
 }
 
 fn draft(table: &str, rig: Option<&RigFile>) -> suggest::Draft {

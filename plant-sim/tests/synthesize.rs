@@ -35,6 +35,65 @@ fn the_same_seed_gives_the_same_log_and_the_truth_is_told_only_on_request() {
     }
 }
 
+/// The rig of the other tests, as a file of its own, with the effects written below it.
+fn rig_with(folder: &Path, effects: &str) {
+    let rig = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/paper-c.toml")).expect("shipped");
+    std::fs::write(folder.join("rig.toml"), rig + effects).expect("written");
+}
+
+fn of_its_own(folder: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+        .args("synthesize --rig rig.toml --seed 4 --duration 3".split(' '))
+        .args(arguments.split_whitespace())
+        .current_dir(folder)
+        .output()
+        .expect("plant-sim starts")
+}
+
+#[test]
+fn effects_that_the_rig_file_states_are_in_the_log_and_chosen_and_hidden_ones_come_in_addition() {
+    let folder = tempfile::tempdir().expect("a folder");
+    const STATED: &str = "\n[effects.pressure-a-offset]\noffset_pa = 50000.0\n";
+    const CHOSEN: &str = "--effect pressure-b-offset:offset_pa=30000";
+    // What the pressure sensors show of a rig that has hardly moved yet.
+    let shown = |effects: &str, arguments: &str| {
+        rig_with(folder.path(), effects);
+        let done = of_its_own(folder.path(), &format!("{arguments} --out log.csv --truth truth.toml"));
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        let log = Log::read(&folder.path().join("log.csv")).expect("a log that reads");
+        [Column::PA, Column::PB].map(|column| log.column(column).expect("recorded")[..5].iter().sum::<f64>() / 5.0)
+    };
+    let [a, b] = shown("", "");
+    for (arguments, more) in [("", [5.0e4, 0.0]), (CHOSEN, [5.0e4, 3.0e4])] {
+        let [with_a, with_b] = shown(STATED, arguments);
+        assert!((with_a - a - more[0]).abs() < 1.0e4 && (with_b - b - more[1]).abs() < 1.0e4, "{with_a} {with_b}");
+    }
+    // Beside one that is stated all others can be hidden, and no more.
+    let others = plant_model::Effect::ALL.len() - 1;
+    shown(STATED, "--hidden 2");
+    let truth = std::fs::read_to_string(folder.path().join("truth.toml")).expect("written");
+    assert_eq!(truth.matches("[effects.").count(), 3, "{truth}");
+    assert_eq!(truth.matches("[effects.pressure-a-offset]\noffset_pa = 50000.0").count(), 1, "{truth}");
+    let refused = of_its_own(folder.path(), &format!("--hidden {} --out none.csv", others + 1));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains(&format!("only {others} effects")), "{}", text(&refused.stderr));
+}
+
+#[test]
+fn an_effect_that_would_be_there_twice_is_one_clear_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    rig_with(folder.path(), "\n[effects.valve-lag]\ntime_constant_s = 0.02\n");
+    for (arguments, says) in [
+        ("--effect valve-lag --out log.csv", "rig.toml states it already, under [effects.valve-lag]"),
+        ("--effect payload-mass --effect payload-mass --out log.csv", "--effect payload-mass is given twice"),
+    ] {
+        let failed = of_its_own(folder.path(), arguments);
+        assert_eq!(failed.status.code(), Some(2), "{arguments}");
+        assert!(text(&failed.stderr).contains(says), "{}", text(&failed.stderr));
+    }
+    assert!(!folder.path().join("log.csv").exists());
+}
+
 #[test]
 fn noise_losses_and_columns_are_as_asked() {
     let folder = tempfile::tempdir().expect("a folder");

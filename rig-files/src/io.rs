@@ -32,6 +32,13 @@ impl Default for Io {
 }
 
 impl Io {
+    /// Whether a pressure in Pa absolute is what a sensor reads at the upper end of its range, to half a code.
+    #[must_use]
+    pub fn is_pressure_end(&self, reading_pa: f64) -> bool {
+        let [low, high] = self.pressure_range_pa;
+        (reading_pa - high).abs() <= 0.5 * (high - low) / f64::from(self.adc_bits).exp2()
+    }
+
     /// The position channel.
     #[must_use]
     pub fn position(&self) -> Converter {

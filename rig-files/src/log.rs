@@ -219,7 +219,7 @@ impl Log {
     #[must_use]
     pub fn suspicions(&self, rig: &RigFile) -> Vec<String> {
         let mut found = Vec::new();
-        let (rig, atmosphere) = (&rig.rig, rig.rig.supply.atmosphere_pa);
+        let (rig, io, atmosphere) = (&rig.rig, &rig.io, rig.rig.supply.atmosphere_pa);
         let half = rig.cylinder.stroke_m / 2.0;
         if let Some((low, high)) = extent(&self.y_m)
             && (low < -1.1 * half || high > 1.1 * half)
@@ -235,6 +235,13 @@ impl Log {
                 found.push(format!("{name} never exceeds {high:.4} Pa: is it in bar? 1 bar is 1e5 Pa"));
             } else if low < 0.5 * atmosphere {
                 found.push(format!("{name} falls to {low:.0} Pa, far below atmosphere: is it gauge pressure?"));
+            } else if io.is_pressure_end(high) {
+                let values = self.column(column).unwrap_or_default();
+                let rows = values.iter().filter(|p| **p == high).count();
+                found.push(format!(
+                    "{name} reads {high:.0} Pa, the end of its sensor's range, in {rows} of {} rows: they are not judged",
+                    values.len()
+                ));
             } else if high > 1.5 * rig.supply.pressure_pa {
                 found.push(format!(
                     "{name} rises to {high:.0} Pa, far above the supply of {:.0} Pa: check its unit",

@@ -25,6 +25,10 @@ pub struct Table {
     pub rows: usize,
 }
 
+/// What to do with a logger's file.
+const IMPORT: &str = "convert a logger's file with `plant-sim import`, whose --suggest drafts the mapping";
+/// What to do about other encodings than UTF-8.
+const ENCODING_REMEDY: &str = "save it as UTF-8 text, or convert a logger's file with `plant-sim import`";
 const SEPARATOR_REMEDY: &str =
     "separate fields by commas, with a point for decimals, or convert with `plant-sim import`";
 
@@ -45,7 +49,7 @@ impl Table {
     /// Encoding, separators, header (missing, unknown or duplicate column), a field that is no finite number, a row of
     /// another length, time that repeats or goes backwards, no data at all; each with its line.
     pub fn parse(bytes: Vec<u8>, file: &str, expected: &[Expected]) -> Result<Self, InputError> {
-        let text = to_text(bytes, file)?;
+        let text = to_text(bytes, file, ENCODING_REMEDY)?;
         let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
         let mut record = csv::StringRecord::new();
         let bad_csv = |error: csv::Error| InputError::new(file, format!("is not CSV: {error}"), SEPARATOR_REMEDY);
@@ -114,7 +118,12 @@ fn header(record: &csv::StringRecord, file: &str, line: u64, expected: &[Expecte
             }
             let remedy = match closest(&name, known()) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => format!("remove it; known columns: {}", known().collect::<Vec<_>>().join(", ")),
+                None => {
+                    let is_known = |field: &str| known().any(|known| known == field.trim_ascii());
+                    // A table of which no column is known is a logger's.
+                    let what = if record.iter().any(is_known) { "remove it" } else { IMPORT };
+                    format!("{what}; known columns: {}", known().collect::<Vec<_>>().join(", "))
+                }
             };
             return fail(format!("column `{}` is not known", shorten(&name)), remedy);
         };

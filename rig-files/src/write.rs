@@ -11,12 +11,11 @@ use std::path::Path;
 pub fn read_text(path: &Path) -> Result<String, InputError> {
     let file = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|error| InputError::unreadable(&file, &error))?;
-    to_text(bytes, &file)
+    to_text(bytes, &file, "save it as UTF-8 text")
 }
 
-/// Bytes as text under the rules of [`read_text`].
-pub(crate) fn to_text(bytes: Vec<u8>, file: &str) -> Result<String, InputError> {
-    let remedy = "save it as UTF-8 text";
+/// Bytes as text under the rules of [`read_text`], with what to do about other encodings.
+pub(crate) fn to_text(bytes: Vec<u8>, file: &str, remedy: &str) -> Result<String, InputError> {
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
         return Err(InputError::new(file, "is UTF-16 text", remedy));
     }

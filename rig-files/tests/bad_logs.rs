@@ -12,7 +12,9 @@ const BAD: &[(&[u8], &[&str])] = &[
     (b"t_s,y_m,u_v\n0,0,\n1,0,\n", &["only time and position"]),
     (b"t_s,y_m,u_v\n0,,1\n1,,1\n", &["`y_m` has no sample"]),
     (b"t_s,y_m,p_a\n0,0,1\n", &["line 1", "`p_a` is not known", "did you mean `p_a_pa`"]),
-    (b"t_s,y_m,colour\n0,0,1\n", &["line 1", "`colour` is not known", "known columns"]),
+    (b"t_s,y_m,colour\n0,0,1\n", &["line 1", "`colour` is not known", "remove it; known columns"]),
+    (b"AI0 AI1,AO0\n0 0,1\n", &["line 1", "`AI0 AI1` is not known", "`plant-sim import`", "known columns"]),
+    (b"Zeit,Dr\xFCcke\n0,1\n", &["line 1", "is not UTF-8", "`plant-sim import`"]),
     (b"t_s,y_m,u_v,y_m\n0,0,1,2\n", &["line 1", "`y_m` appears twice"]),
     (b"0.0,1.0,2.0\n1.0,1.0,1.0\n", &["line 1", "header row"]),
     (b"t_s;y_m;u_v\n0;0;0\n", &["line 1", "commas", "plant-sim import"]),
@@ -76,6 +78,8 @@ fn wrong_units_are_suspected_aloud_and_right_ones_are_not() {
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,6.1\n")[0].contains("bar"));
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,0\n1,0.4,6e5\n")[0].contains("gauge"));
     assert!(suspicions("t_s,y_m,u_v\n0,0.4,10\n")[0].contains("mid position"));
+    assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,1e6\n1,0.4,6e5\n")[0].contains("sensor's range, in 1 of 2 rows"));
+    assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,1.2e6\n1,0.4,6e5\n")[0].contains("unit"));
 }
 
 #[test]

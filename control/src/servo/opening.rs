@@ -35,6 +35,12 @@ fn bits(value: f64, fraction: u32) -> i32 {
     (value * f64::from(1_u32 << fraction) + 0.5) as i32
 }
 
+/// The last line whose beginning is reached, or the first.
+#[inline]
+fn last_line(lines: &[Line; OPENING_KNOTS.len()], is_reached: impl Fn(&Line) -> bool) -> &Line {
+    lines.iter().rev().find(|line| is_reached(line)).unwrap_or(&lines[0])
+}
+
 impl Opening {
     /// By the arc tangent, or by the voltages of a table, which rise.
     pub(crate) fn of(table: Option<[f64; OPENING_KNOTS.len()]>) -> Self {
@@ -62,7 +68,7 @@ impl Opening {
     pub(crate) fn angle(&self, w: Voltage) -> Angle {
         let Some(lines) = &self.lines else { return angle(w) };
         let size = w.saturating_abs().min(self.most);
-        let line = lines.iter().rev().find(|line| size >= line.w).unwrap_or(&lines[0]);
+        let line = last_line(lines, |line| size >= line.w);
         let theta = line.theta.saturating_add(line.slope.of(size - line.w));
         if w < 0 { -theta } else { theta }
     }
@@ -72,7 +78,7 @@ impl Opening {
     pub(crate) fn voltage(&self, theta: Angle) -> Voltage {
         let Some(lines) = &self.lines else { return effective_voltage(theta) };
         let size = theta.saturating_abs();
-        let line = lines.iter().rev().find(|line| size >= line.theta).unwrap_or(&lines[0]);
+        let line = last_line(lines, |line| size >= line.theta);
         let w = line.w.saturating_add(line.per_slope.of(size - line.theta)).min(self.most);
         if theta < 0 { -w } else { w }
     }
@@ -87,7 +93,7 @@ impl Opening {
             return Voltage::from_bits(multiply(radians_q24, stretch, 24));
         };
         let size = w.saturating_abs();
-        let line = lines.iter().rev().find(|line| size >= line.w).unwrap_or(&lines[0]);
+        let line = last_line(lines, |line| size >= line.w);
         line.per_slope.of(Angle::from_bits(radians_q24.saturating_mul(16)))
     }
 }

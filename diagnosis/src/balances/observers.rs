@@ -45,6 +45,30 @@ pub(crate) fn innovations(
     stretches: &[Stretch],
     wanted: Channels,
 ) -> Innovations {
+    let force = || {
+        let timing = piston::Timing::of(plant);
+        let forces = signals.forces.of((timing, stretches.to_vec()), || piston::forces(record, &timing, stretches));
+        piston::innovations(record, plant, &forces, &added.force_n, stretches)
+    };
+    let air = || of_air(record, signals, plant, added, stretches, wanted);
+    // Side by side: a single fit evaluates one model after the other.
+    if wanted & Channel::Position.bit() == 0 {
+        return air();
+    }
+    let (mut out, errors) = rayon::join(air, force);
+    out.channels[Channel::Position as usize] = errors;
+    out
+}
+
+/// The wanted balances of the air.
+fn of_air(
+    record: &Record,
+    signals: &Signals,
+    plant: &Plant<f64>,
+    added: &Added,
+    stretches: &[Stretch],
+    wanted: Channels,
+) -> Innovations {
     let mut out = Innovations::default();
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
@@ -71,12 +95,6 @@ pub(crate) fn innovations(
             out.channels[Channel::Supply as usize] =
                 supply::innovations(record, stretches, &supply.predicted, added.supply_sensor_pa);
         }
-    }
-    if wanted & Channel::Position.bit() != 0 {
-        let timing = piston::Timing::of(plant);
-        let forces = signals.forces.of((timing, stretches.to_vec()), || piston::forces(record, &timing, stretches));
-        out.channels[Channel::Position as usize] =
-            piston::innovations(record, plant, &forces, &added.force_n, stretches);
     }
     out
 }

@@ -185,6 +185,23 @@ fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, [y_m, v_m_per_s]: 
     Driving { force_n, p_a_pa, p_b_pa }
 }
 
+/// Velocity and bristle deflection of a piston at a state with a velocity as measured: the bristles of a moving piston are fully
+/// bent, those of one that rests within the sensor's error hold the force `held_n`.
+pub(crate) fn restarted(
+    record: &Record,
+    plant: &Plant<f64>,
+    state: &State<f64>,
+    held_n: impl FnOnce() -> f64,
+) -> (f64, f64) {
+    let (v, stiffness) = (state.v_m_per_s, plant.coefficients().stiffness);
+    let limit = plant.friction_level(state).force_n / stiffness;
+    if v.abs() > constants::rest_sigmas() * record.velocity_error_m_per_s() {
+        (v, limit * v.signum())
+    } else {
+        (0.0, (held_n() / stiffness).clamp(-limit, limit))
+    }
+}
+
 /// Position, velocity and bristle deflection.
 struct Piston {
     y: f64,
@@ -193,20 +210,13 @@ struct Piston {
 }
 
 impl Piston {
-    /// The initial state at a sample: the bristles of a moving piston are fully bent, those of a resting one hold the
-    /// force.
+    /// The initial state at a sample.
     fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
-        let c = plant.coefficients();
-        let v = plant.true_position_m(record.motion.slope[k]) - plant.true_position_m(0.0);
+        let v_m_per_s = plant.true_position_m(record.motion.slope[k]) - plant.true_position_m(0.0);
         let y = plant.true_position_m(record.motion.value[k]);
-        let state = State { y_m: y, v_m_per_s: v, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
-        let limit = plant.friction_level(&state).force_n / c.stiffness;
-        let doubtful = constants::rest_sigmas() * record.velocity_error_m_per_s();
-        if v.abs() > doubtful {
-            Self { y, v, z: limit * v.signum() }
-        } else {
-            Self { y, v: 0.0, z: (drive.force_n / c.stiffness).clamp(-limit, limit) }
-        }
+        let state = State { y_m: y, v_m_per_s, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
+        let (v, z) = restarted(record, plant, &state, || drive.force_n);
+        Self { y, v, z }
     }
 
     /// One interval. While the bristles are still bending the step must resolve them; once they are fully bent they

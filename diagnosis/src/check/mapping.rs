@@ -1,6 +1,8 @@
 //! Mistakes made when a logger's columns were mapped: units, signs, zeros, sides. A unit shows in the size of the numbers. All
-//! others show in how badly the rig as stated predicts the log, and how well it does once the mistake is undone.
+//! others show in how badly the rig as stated predicts the log, and how well it does once the mistake is undone; signs and sides
+//! also in whether command, motion and pressures turn the same way, and gauge pressures in what the supply reads.
 
+use super::direction::agreement;
 use super::{Flaw, Weight};
 use crate::balances::observers;
 use crate::balances::shared::Signals;
@@ -23,7 +25,8 @@ struct Mistake {
 /// What contradicts the rig or itself.
 pub(crate) fn contradictions(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     let units = units(rig, log);
-    if units.is_empty() { misread(rig, log).into_iter().collect() } else { units }
+    let misread = || turned(rig, log).or_else(|| supply_as_gauge(rig, log)).or_else(|| misread(rig, log));
+    if units.is_empty() { misread().into_iter().collect() } else { units }
 }
 
 fn contradiction(problem: String, remedy: String) -> Flaw {
@@ -106,6 +109,67 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     out
 }
 
+/// The mistake that, undone, lets command, motion and pressures turn the same way, which they do not as read.
+fn turned(rig: &RigFile, log: &Log) -> Option<Flaw> {
+    let as_is = agreement(rig, log)?;
+    let enough = (as_is + constants::turned()).max(constants::turns_alike());
+    if enough > 1.0 {
+        return None;
+    }
+    let undone = mistakes(rig, log, log).into_iter();
+    let mut undone: Vec<(f64, Mistake)> =
+        undone.filter_map(|mistake| Some((agreement(rig, &mistake.undone)?, mistake))).collect();
+    let best = undone.iter().map(|(agrees, _)| *agrees).reduce(f64::max).filter(|best| *best >= enough)?;
+    // A zero hardly changes how things turn: of those alike the rig as stated tells.
+    undone.retain(|(agrees, _)| *agrees > best - 0.5 * constants::turned());
+    let misfit = |mistake: &Mistake| misfit(rig, &excerpt(&mistake.undone)).map_or(f64::INFINITY, |(misfit, _)| misfit);
+    let (agrees, mistake) = undone.into_iter().min_by(|a, b| misfit(&a.1).total_cmp(&misfit(&b.1)))?;
+    Some(contradiction(
+        format!(
+            "{}; so read, the valve's opening and the air that flows correlate by {agrees:.2} instead of {as_is:.2}",
+            mistake.problem
+        ),
+        mistake.remedy,
+    ))
+}
+
+/// Gauge pressures, where the supply reads less than the rig file states by the atmosphere, and the rig as stated predicts the log
+/// better with it added: a regulator that is set lower would lower the flows as well.
+fn supply_as_gauge(rig: &RigFile, log: &Log) -> Option<Flaw> {
+    let readings = less_by_the_atmosphere(rig, log)?;
+    let part = excerpt(log);
+    let (as_is, _) = misfit(rig, &part)?;
+    let gauge = gauges(rig, &part).into_iter().filter(|(supply, _)| *supply);
+    let undone = gauge.filter_map(|(_, mistake)| Some((misfit(rig, &mistake.undone)?.0, mistake)));
+    let (best, mistake) = undone.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best < as_is).then(|| contradiction(format!("{}: {readings}", mistake.problem), mistake.remedy))
+}
+
+/// A supply that reads less than the rig file states by the atmosphere: what it reads and what is stated.
+fn less_by_the_atmosphere(rig: &RigFile, log: &Log) -> Option<String> {
+    let (stated_pa, atmosphere_pa) = (rig.rig.supply.pressure_pa, rig.rig.supply.atmosphere_pa);
+    let mut readings: Vec<f64> = log.column(Column::PSup)?.iter().copied().filter(|p| p.is_finite()).collect();
+    let middle = readings.len() / 2;
+    if readings.is_empty() {
+        return None;
+    }
+    let reading_pa = *readings.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let less = (reading_pa + atmosphere_pa - stated_pa).abs() < constants::gauge_within() * atmosphere_pa;
+    let [reading, stated] = [reading_pa, stated_pa].map(|pa| pa * 1.0e-5);
+    less.then(|| format!("p_sup_pa reads {reading:.2} bar, the rig file states {stated:.2} bar absolute"))
+}
+
+/// The same where nothing contradicts it: the regulator may be set lower.
+pub(super) fn supply_in_doubt(rig: &RigFile, log: &Log) -> Option<Flaw> {
+    less_by_the_atmosphere(rig, log).map(|readings| Flaw {
+        weight: Weight::Loss,
+        problem: format!("the supply is in doubt: {readings}, more by the atmosphere"),
+        remedy: "write `gauge = true` under the tables of pressures in the mapping if the sensors show gauge pressure; else correct \
+                 `supply.pressure_pa` in the rig file"
+            .into(),
+    })
+}
+
 /// The mistake that, undone, makes the rig as stated predict the log by far better; `None` if there is none.
 fn misread(rig: &RigFile, log: &Log) -> Option<Flaw> {
     let part = excerpt(log);
@@ -141,17 +205,37 @@ fn excerpt(log: &Log) -> Log {
     out
 }
 
+/// A log with some columns changed, each by a factor and something added.
+fn changed(log: &Log, changes: &[(Column, f64, f64)]) -> Log {
+    let mut out = log.clone();
+    for (column, factor, added) in changes {
+        if let Some(values) = log.column(*column) {
+            out.set(*column, Some(values.iter().map(|x| factor * x + added).collect()));
+        }
+    }
+    out
+}
+
+/// Gauge pressures taken for absolute ones; each with whether the supply's is among them.
+fn gauges(rig: &RigFile, part: &Log) -> Vec<(bool, Mistake)> {
+    let atmosphere = rig.rig.supply.atmosphere_pa;
+    let [a, b, supply] = [Column::PA, Column::PB, Column::PSup].map(|column| (column, 1.0, atmosphere));
+    let gauge = |columns: &str, tables: &str, changes: &[(Column, f64, f64)]| Mistake {
+        problem: format!("{columns} seem to be gauge pressures"),
+        remedy: format!("write `gauge = true` under {tables} in the mapping, which adds {atmosphere} Pa"),
+        undone: changed(part, changes),
+    };
+    let mut out = vec![(false, gauge("the chamber pressures", "[column.p_a_pa] and [column.p_b_pa]", &[a, b]))];
+    if part.column(Column::PSup).is_some() {
+        out.push((true, gauge("the values of p_sup_pa", "[column.p_sup_pa]", &[supply])));
+        out.push((true, gauge("all pressures", "the three tables of pressures", &[a, b, supply])));
+    }
+    out
+}
+
 fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
     let (mut out, r) = (Vec::new(), &rig.rig);
-    let with = |changes: &[(Column, f64, f64)]| {
-        let mut undone = part.clone();
-        for (column, factor, added) in changes {
-            if let Some(values) = part.column(*column) {
-                undone.set(*column, Some(values.iter().map(|x| factor * x + added).collect()));
-            }
-        }
-        undone
-    };
+    let with = |changes: &[(Column, f64, f64)]| changed(part, changes);
     let mut add = |problem: &str, remedy: String, undone: Log| {
         out.push(Mistake { problem: problem.to_string(), remedy, undone });
     };
@@ -169,21 +253,6 @@ fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
             format!("give y_m from mid-stroke: {turn}add {zero:.4} to `offset` under [column.y_m] in the mapping"),
             with(&[(Column::Y, sign, zero)]),
         );
-    }
-    let atmosphere = r.supply.atmosphere_pa;
-    let chambers = [(Column::PA, 1.0, atmosphere), (Column::PB, 1.0, atmosphere)];
-    let supply = (Column::PSup, 1.0, atmosphere);
-    let gauge = |columns: &str, tables: &str| {
-        let remedy = format!("write `gauge = true` under {tables} in the mapping, which adds {atmosphere} Pa");
-        (format!("{columns} seem to be gauge pressures"), remedy)
-    };
-    let (problem, remedy) = gauge("the chamber pressures", "[column.p_a_pa] and [column.p_b_pa]");
-    add(&problem, remedy, with(&chambers));
-    if log.column(Column::PSup).is_some() {
-        let (problem, remedy) = gauge("the values of p_sup_pa", "[column.p_sup_pa]");
-        add(&problem, remedy, with(&[supply]));
-        let (problem, remedy) = gauge("all pressures", "the three tables of pressures");
-        add(&problem, remedy, with(&[chambers[0], chambers[1], supply]));
     }
     if let Some((low, high)) = log.column(Column::U).and_then(extent) {
         let most = r.valve.max_voltage_v;
@@ -220,6 +289,7 @@ fn mistakes(rig: &RigFile, log: &Log, part: &Log) -> Vec<Mistake> {
             undone,
         );
     }
+    out.extend(gauges(rig, part).into_iter().map(|(_, mistake)| mistake));
     out
 }
 

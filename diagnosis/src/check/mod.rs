@@ -2,6 +2,7 @@
 //! show enough, and how well each parameter would be known from them.
 
 mod channels;
+mod direction;
 pub(crate) mod information;
 pub(crate) mod mapping;
 
@@ -54,6 +55,9 @@ pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
         return Err(DiagnosisError::TooShort { found: rows.len() });
     }
     let knowledge = if findings.is_empty() { information::knowledge(rig, log) } else { Vec::new() };
+    if findings.is_empty() {
+        findings.extend(mapping::supply_in_doubt(rig, log));
+    }
     findings.extend(channels::losses(rig, log, &rows));
     findings.sort_by_key(|finding| finding.weight);
     Ok(Check { findings, knowledge })

@@ -6,7 +6,7 @@ use super::record::Record;
 use crate::constants;
 use core::ops::Range;
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
-use rig_files::RigFile;
+use rig_files::{Io, RigFile};
 
 /// When a reading counts as clipped: it repeats the log's lowest or highest value so often in a row, although the noise
 /// is large enough to change it.
@@ -15,19 +15,22 @@ struct Railed {
     in_a_row: usize,
     /// Least standard deviation of the noise, in quantisation steps.
     moved_by: f64,
+    /// Where the rig file says that the sensor ends: one sample there is enough.
+    is_end: fn(&Io, f64) -> bool,
 }
 
 impl Railed {
     /// Of a position whose samples usually come every `interval_s`.
     fn position(interval_s: f64) -> Self {
         let moved_by = constants::railed_position_noise();
-        Self { in_a_row: Self::samples(constants::railed_position_run(), interval_s), moved_by }
+        Self { in_a_row: Self::samples(constants::railed_position_run(), interval_s), moved_by, is_end: |_, _| false }
     }
 
     /// Pressures peak for a moment only.
     fn pressure(interval_s: f64) -> Self {
         let moved_by = constants::railed_pressure_noise();
-        Self { in_a_row: Self::samples(constants::railed_pressure_run(), interval_s), moved_by }
+        let in_a_row = Self::samples(constants::railed_pressure_run(), interval_s);
+        Self { in_a_row, moved_by, is_end: Io::is_pressure_end }
     }
 
     fn samples(seconds: f64, interval_s: f64) -> usize {
@@ -41,7 +44,7 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let interval_s = record.quality.interval_s;
     let reach = record.pressure_reach().samples(interval_s);
     for (signal, noise) in [(&record.p_a_pa, record.quality.pressure_a), (&record.p_b_pa, record.quality.pressure_b)] {
-        for railed in railed(signal, noise, &Railed::pressure(interval_s)) {
+        for railed in railed(signal, noise, &Railed::pressure(interval_s), &rig.io) {
             out[around(&railed, 2 * reach, record.t_s.len())].fill(true);
         }
     }
@@ -53,7 +56,7 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
     let lasting = (constants::settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
     // A position at its sensor's limit, and what smoothing and the observer make of it.
-    for railed in railed(&record.y_m, record.quality.position, &Railed::position(interval_s)) {
+    for railed in railed(&record.y_m, record.quality.position, &Railed::position(interval_s), &rig.io) {
         out[railed.start.saturating_sub(lasting / 4)..(railed.end + lasting).min(record.len())].fill(true);
     }
     let ends: Vec<usize> = (0..record.len()).filter(|&k| record.y_m[k] <= low || record.y_m[k] >= high).collect();
@@ -132,7 +135,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_a_m2);
     let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_b_m2);
     // Where the position is clipped, the volumes of the chambers are unknown.
-    for railed in railed(&record.y_m, quality.position, &Railed::position(record.quality.interval_s)) {
+    for railed in railed(&record.y_m, quality.position, &Railed::position(record.quality.interval_s), &file.io) {
         for weight in [&mut weight_a, &mut weight_b] {
             blank(weight, &railed, reach);
         }
@@ -140,7 +143,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     for (weight, signal, noise) in
         [(&mut weight_a, &record.p_a_pa, quality.pressure_a), (&mut weight_b, &record.p_b_pa, quality.pressure_b)]
     {
-        for railed in railed(signal, noise, &Railed::pressure(record.quality.interval_s)) {
+        for railed in railed(signal, noise, &Railed::pressure(record.quality.interval_s), &file.io) {
             blank(weight, &railed, reach);
         }
     }
@@ -148,21 +151,23 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
 }
 
 /// Whether each position is clipped at its sensor's limit.
-pub(crate) fn clipped(record: &Record) -> Vec<bool> {
+pub(crate) fn clipped(record: &Record, io: &Io) -> Vec<bool> {
     let mut out = vec![false; record.len()];
-    for railed in railed(&record.y_m, record.quality.position, &Railed::position(record.quality.interval_s)) {
+    for railed in railed(&record.y_m, record.quality.position, &Railed::position(record.quality.interval_s), io) {
         out[railed].fill(true);
     }
     out
 }
 
 /// Runs of samples at which a signal is clipped at its sensor's limit.
-fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<usize>> {
-    if noise.standard_deviation < at_limit.moved_by * noise.resolution {
-        return Vec::new();
-    }
+fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed, io: &Io) -> Vec<Range<usize>> {
     let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
-    if low >= high || noise.standard_deviation < constants::least_noise() * (high - low) {
+    // Repeats show a limit only where noise would change them.
+    let noisy = noise.standard_deviation >= at_limit.moved_by * noise.resolution
+        && noise.standard_deviation >= constants::least_noise() * (high - low);
+    // A log that reads beyond the stated end is of another sensor.
+    let ends = (at_limit.is_end)(io, high);
+    if low >= high || !(noisy || ends) {
         return Vec::new();
     }
     let mut start = 0;
@@ -170,7 +175,8 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed) -> Vec<Range<u
         start += run.len();
         (start - run.len()..start, run[0])
     });
-    runs.filter(|(run, x)| run.len() >= at_limit.in_a_row && (*x == low || *x == high)).map(|(run, _)| run).collect()
+    let repeats = |run: &Range<usize>, x: f64| noisy && run.len() >= at_limit.in_a_row && (x == low || x == high);
+    runs.filter(|(run, x)| ends && *x == high || repeats(run, *x)).map(|(run, _)| run).collect()
 }
 
 /// Sets the weight of clipped samples to zero, and that of neighbours whose smoothed values depend on them.
@@ -262,6 +268,28 @@ mod tests {
         }
         assert!(seen > 100, "{seen}");
         assert!(record.at_end.iter().filter(|at_end| **at_end).count() < record.len() / 10);
+    }
+
+    #[test]
+    fn two_rows_at_the_stated_end_of_a_pressure_sensor_are_not_judged() {
+        let rig = RigFile::paper_a();
+        let end_pa = rig.io.pressure_range_pa[1];
+        let touching = |reading_pa: f64| {
+            let mut log = log(0.0, |t| 0.3 * t.sin(), |t| [5.0e5 + 1.0e5 * t.cos(), 3.0e5]);
+            if let Some(p) = &mut log.p_a_pa {
+                p[7000..7002].fill(reading_pa);
+            }
+            let record = prepare(&log, &rig);
+            (
+                record.at_end[7000] && record.at_end[7001],
+                record.weight_a_per_pa[7000] == 0.0,
+                record.weight_b_per_pa[7000] == 0.0,
+            )
+        };
+        assert_eq!(touching(end_pa), (true, true, false));
+        // Two rows alike below it show no limit, nor do those beyond: the sensor is another one.
+        assert_eq!(touching(0.9 * end_pa), (false, false, false));
+        assert_eq!(touching(1.1 * end_pa), (false, false, false));
     }
 
     #[test]

@@ -7,23 +7,51 @@ use crate::model::effects;
 use plant_model::Effect;
 use rayon::prelude::*;
 
+/// What backward elimination leaves.
+pub(crate) struct Pruned {
+    pub(crate) fit: Fit,
+    /// For each cause, in the order of the fit's effects: the fit without it, by which it was found needed.
+    pub(crate) without: Vec<Option<Fit>>,
+}
+
 /// Backward elimination: removes the most dispensable cause, one at a time, while its removal costs less than the
 /// required gain.
-pub(crate) fn prune(problem: &Problem<'_>, mut fit: Fit) -> Fit {
+pub(crate) fn prune(problem: &Problem<'_>, fit: Fit) -> Pruned {
+    prune_before(problem, fit, 0)
+}
+
+/// The same among a fit's earlier causes: the last one was just added because it gains enough.
+pub(crate) fn prune_earlier(problem: &Problem<'_>, fit: Fit) -> Fit {
+    prune_before(problem, fit, 1).fit
+}
+
+/// Backward elimination that spares the last causes.
+fn prune_before(problem: &Problem<'_>, mut fit: Fit, spared: usize) -> Pruned {
     loop {
-        if fit.hypothesis.effects.is_empty() {
-            return fit;
-        }
-        let needless = fit.hypothesis.effects.par_iter().filter_map(|effect| {
-            let smaller = refit_without(problem, &fit, *effect)?;
-            let shortfall = shortfall(problem, &fit, &smaller, *effect);
-            (shortfall >= 0.0).then_some((shortfall, smaller))
-        });
-        match needless.max_by(|a, b| a.0.total_cmp(&b.0)) {
-            Some((_, smaller)) => fit = smaller,
-            None => return fit,
+        let effects = &fit.hypothesis.effects;
+        let mut without = without_each(problem, &fit, &effects[..effects.len().saturating_sub(spared)]);
+        let shortfall = |(place, smaller): (usize, &Option<Fit>)| {
+            let shortfall = shortfall(problem, &fit, smaller.as_ref()?, effects[place]);
+            (shortfall >= 0.0).then_some((shortfall, place))
+        };
+        let needless = without.par_iter().enumerate().filter_map(shortfall).max_by(|a, b| a.0.total_cmp(&b.0));
+        match needless.and_then(|(_, place)| without[place].take()) {
+            Some(smaller) => fit = smaller,
+            None => return Pruned { fit, without },
         }
     }
+}
+
+impl Pruned {
+    /// A fit whose causes all stay, with the fits without each of them.
+    pub(crate) fn as_it_is(problem: &Problem<'_>, fit: Fit) -> Self {
+        Self { without: without_each(problem, &fit, &fit.hypothesis.effects), fit }
+    }
+}
+
+/// For each of some causes of a fit: the fit without it.
+fn without_each(problem: &Problem<'_>, fit: &Fit, effects: &[Effect]) -> Vec<Option<Fit>> {
+    effects.par_iter().map(|effect| refit_without(problem, fit, *effect)).collect()
 }
 
 /// The fit without one of its causes, everything else fitted anew.

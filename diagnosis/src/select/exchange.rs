@@ -1,6 +1,6 @@
 //! Exchange: a cause replaced by another that explains the log better, one at a time.
 
-use super::backward::{prune, refit_without};
+use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
 use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
@@ -9,7 +9,6 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::Slot;
 use plant_model::Effect;
-use rayon::prelude::*;
 
 /// The alternatives to a cause: the fit without it, and that fit's best extensions by another effect.
 pub(crate) struct Alternatives {
@@ -43,11 +42,11 @@ fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
 
 /// Replaces causes one at a time as long as that lowers the penalised cost, beginning with the cause whose removal
 /// costs least. Returns the best fit, and for each of its causes the alternatives that were fitted.
-pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
+pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory) -> (Fit, Vec<Option<Alternatives>>) {
     let mut seen = Vec::new();
+    let Pruned { fit: mut best, mut without } = begin;
     loop {
         let effects = &best.hypothesis.effects;
-        let without: Vec<Option<Fit>> = effects.par_iter().map(|e| refit_without(problem, &best, *e)).collect();
         let missed = |k: usize| without[k].as_ref().map_or(f64::INFINITY, |fit| fit.cost(problem));
         let mut order: Vec<usize> = (0..effects.len()).collect();
         order.sort_by(|a, b| missed(*a).total_cmp(&missed(*b)));
@@ -68,7 +67,7 @@ pub(crate) fn exchange(problem: &Problem<'_>, mut best: Fit, memory: &mut Memory
             }
         }
         match exchanged {
-            Some(fit) => best = fit,
+            Some(pruned) => Pruned { fit: best, without } = pruned,
             None => return (best, all),
         }
     }
@@ -87,7 +86,7 @@ fn best_exchange(
     best: &Fit,
     instead: &[Fit],
     seen: &mut Vec<(Vec<Effect>, f64)>,
-) -> Option<Fit> {
+) -> Option<Pruned> {
     let (cost, enough) = (best.cost(problem), penalised_cost(problem, best) - 1.0);
     // An exchange of higher likelihood may have the higher penalty until backward elimination removes what it makes
     // needless.
@@ -100,7 +99,7 @@ fn best_exchange(
         return None;
     }
     seen.push((effects.clone(), cost));
-    Some(prune(problem, first.clone())).filter(|fit| penalised_cost(problem, fit) < enough)
+    Some(prune(problem, first.clone())).filter(|pruned| penalised_cost(problem, &pruned.fit) < enough)
 }
 
 /// A cause and its image are equivalent if a third effect (the companion) takes another value. Of the two, chooses the
@@ -154,7 +153,7 @@ pub(crate) fn exchange_images(
             break;
         }
         let Some(image) = fit_image(problem, &best, effect) else { continue };
-        let (other, alternatives) = exchange(problem, image, memory);
+        let (other, alternatives) = exchange(problem, Pruned::as_it_is(problem, image), memory);
         if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {
             return (other, alternatives);
         }

@@ -1,6 +1,6 @@
 //! The order of the selection: forward selection, backward elimination, exchange, simplification, ties.
 
-use super::backward::prune;
+use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
 use super::penalty::{penalised_cost, shortfall, wide_open};
@@ -45,7 +45,7 @@ fn forward_selection(
             next.hypothesis.effects.last().is_some_and(|added| shortfall(problem, next, &current, *added) < 0.0)
         };
         let fits = extensions(problem, &current, &Wanted::any(problem), memory);
-        let Some(next) = fits.into_iter().find(enough).map(|next| prune(problem, next)) else { break };
+        let Some(next) = fits.into_iter().find(enough).map(|next| prune_earlier(problem, next)) else { break };
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
@@ -64,7 +64,7 @@ pub(crate) fn search(
     let mut memory = Memory::default();
     progress("nominal model");
     let null = problem.fit(nominal.clone(), constants::iterations())?;
-    let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit));
+    let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
     let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
     // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
@@ -89,8 +89,9 @@ pub(crate) fn search(
     let forward = current.clone();
     let mut pruned = prune(problem, current);
     // After the elimination there is room for further causes.
-    if wide_open(problem, &pruned) {
-        pruned = forward_selection(problem, pruned, constants::most_causes(), &mut memory, progress);
+    if wide_open(problem, &pruned.fit) {
+        let fit = forward_selection(problem, pruned.fit, constants::most_causes(), &mut memory, progress);
+        pruned = Pruned::as_it_is(problem, fit);
     }
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);

@@ -79,12 +79,7 @@ pub(crate) fn data_cost(on: &Problem<'_>, hypothesis: &Hypothesis) -> Option<f64
 /// Whether the squared errors of the whole model, restarted on the part held back, grow by no more than the factor
 /// `growth` when the causes are added. They grow more with causes that only fit noise of a balance.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
-    let extended = |fit: &Fit| {
-        let (h, values) = (&fit.hypothesis, &fit.hypothesis.values);
-        (h.rig(problem.rig, values), h.supply_sensor_pa(values))
-    };
-    let [(null, by_null), (best, by_best)] = [extended(&found.null), extended(&found.best)];
-    let models = hold_out::Comparison::new(problem.record, (&null, by_null), (&best, by_best));
+    let models = hold_out::Comparison::new(problem, Some(&found.null), &found.best);
     let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
     let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor);
     error(&gain.holdout.extended_rmse) <= growth * error(&gain.holdout.baseline_rmse)

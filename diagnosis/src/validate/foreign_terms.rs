@@ -48,7 +48,7 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
 
 /// The causes that the terms make needless: they had only compensated for what the catalogue lacks.
 pub(crate) fn superseded(problem: &Problem<'_>, extended: &Extended) -> Vec<Effect> {
-    let kept = backward::prune(problem, extended.fit.clone()).hypothesis.effects;
+    let kept = backward::prune(problem, extended.fit.clone()).fit.hypothesis.effects;
     extended.fit.hypothesis.effects.iter().copied().filter(|e| !kept.contains(e)).collect()
 }
 

@@ -1,17 +1,19 @@
 //! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
 
-use crate::balances::{chamber, supply, valve};
+use crate::balances::{chamber, piston, supply, valve};
 use crate::constants;
 use crate::data::prepare;
 use crate::data::record::Record;
 use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
+use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::{Gain, HoldOut, Overlay, PerChannel};
 use plant_model::{Inputs, Plant, Side, Simulator, State, Stepper, Tolerance};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
-use rig_files::RigFile;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Prediction horizon, s.
 pub(crate) const HORIZON_S: f64 = 0.2;
@@ -25,77 +27,71 @@ pub(crate) struct Comparison<'a> {
     extended: Model,
 }
 
-impl<'a> Comparison<'a> {
-    /// `None` if the log does not hold what a full prediction needs.
-    ///
-    /// Each model is a rig with what the supply's sensor shows too much, Pa.
-    pub(crate) fn new(record: &'a Record, nominal: (&RigFile, f64), extended: (&RigFile, f64)) -> Option<Self> {
-        let has = record.available;
-        if !(has.command && has.pressure_a && has.pressure_b) {
-            return None;
-        }
-        let model = |(file, sensor_pa): (&RigFile, f64)| {
-            Some(Model::new(record, Plant::new(&file.rig, &file.effects).ok()?, sensor_pa))
-        };
-        Some(Self { record, baseline: model(nominal)?, extended: model(extended)? })
+/// The model of a fit, or of the rig file as it stands where there is none. `None` if the log does not hold what a full
+/// prediction needs.
+fn model(problem: &Problem<'_>, fit: Option<&Fit>) -> Option<Model> {
+    let has = problem.record.available;
+    if !(has.command && has.pressure_a && has.pressure_b) {
+        return None;
     }
+    let (plant, supply_sensor_pa) = match fit.map(|fit| (&fit.hypothesis, &fit.hypothesis.values)) {
+        None => (Plant::new(&problem.rig.rig, &problem.rig.effects).ok()?, 0.0),
+        Some((hypothesis, values)) => (hypothesis.plant(problem.rig, values)?, hypothesis.supply_sensor_pa(values)),
+    };
+    Some(Model::new(problem.record, plant, supply_sensor_pa))
+}
 
-    /// Errors of the second model alone, without what noise makes of them; `None` if no prediction of this length fits into
-    /// what is held back.
-    pub(crate) fn of_extended(&self, horizon_s: f64) -> Option<PerChannel> {
-        let Self { record, extended, .. } = self;
-        let mut errors = Errors::default();
-        for stretch in record.stretches.iter().filter(|s| s.held_back) {
-            for [_, run_in, start, end] in windows(record, stretch, horizon_s) {
-                let predicted = predict(record, extended, &Commands { record, until: run_in }, run_in, start, end);
-                for &at in record.rows_in(start..end) {
-                    errors.add(&[record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]], &predicted[at - start]);
-                }
-            }
+/// Errors of a fit's model on the part held back; `None` if the log does not hold what a full prediction needs, or no
+/// prediction of this length fits into that part.
+pub(crate) fn errors(problem: &Problem<'_>, fit: &Fit, horizon_s: f64) -> Option<PerChannel> {
+    let (record, model) = (problem.record, model(problem, Some(fit))?);
+    let predicted = all_windows(record, horizon_s).into_par_iter().map(|[_, run_in, start, end]| {
+        (start..end, predict(record, &model, &Commands { record, until: run_in }, run_in, start, end))
+    });
+    let mut errors = Errors::default();
+    for (range, predicted) in predicted.collect::<Vec<_>>() {
+        for &at in record.rows_in(range.clone()) {
+            errors.add(&measured(record, at), &predicted[at - range.start]);
         }
-        (errors.count > 0.0).then(|| errors.rmse())
+    }
+    (errors.count > 0.0).then(|| errors.rmse())
+}
+
+impl<'a> Comparison<'a> {
+    /// The model of a fit beside that of a baseline: another fit, or the rig file as it stands. `None` if the log does not
+    /// hold what a full prediction needs.
+    pub(crate) fn new(problem: &Problem<'a>, baseline: Option<&Fit>, extended: &Fit) -> Option<Self> {
+        Some(Self {
+            record: problem.record,
+            baseline: model(problem, baseline)?,
+            extended: model(problem, Some(extended))?,
+        })
     }
 
     /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
     pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
-        let Self { record, baseline, extended } = self;
+        let record = self.record;
         let mut errors = [Errors::default(), Errors::default(), Errors::default()];
         let mut overlay = Overlay::default();
-        // A fixed seed: the floor of a log is always the same.
+        // A fixed seed: the floor of a log is always the same. Drawn in order, predicted side by side.
         let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
-        for stretch in record.stretches.iter().filter(|s| s.held_back) {
-            for [from, run_in, start, end] in windows(record, stretch, horizon_s) {
-                let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
-                let predictions =
-                    [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
-                let alike = Model {
-                    plant: extended.plant,
-                    supply_pa: extended.supply_pa[from..end].to_vec(),
-                    warmths: (extended.warmths.each_ref()).map(|all| all.get(from..end).unwrap_or_default().to_vec()),
-                };
-                let rows = record.rows_in(start..end);
-                // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors'
-                // noise, and by what noise and smoothing leave unknown about the initial state. Where the piston sticks,
-                // chance decides much of that.
-                for _ in 0..constants::noise_floor_draws() {
-                    let perfect = as_if(record, extended, &earlier, from..end, &mut noise);
-                    let own = predict(&perfect, &alike, &history, run_in - from, start - from, end - from);
-                    for row in rows {
-                        let at = row - from;
-                        errors[2].add(&[perfect.y_m[at], perfect.p_a_pa[at], perfect.p_b_pa[at]], &own[row - start]);
-                    }
-                }
-                for &at in rows {
-                    let k = at - start;
-                    let measured = [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]];
-                    errors[0].add(&measured, &predictions[0][k]);
-                    errors[1].add(&measured, &predictions[1][k]);
-                    overlay.t_s.push(record.t_s[at]);
-                    for channel in 0..3 {
-                        overlay.measured[channel].push(measured[channel]);
-                        overlay.baseline[channel].push(predictions[0][k][channel]);
-                        overlay.extended[channel].push(predictions[1][k][channel]);
-                    }
+        let drawn = |window: [usize; 4]| {
+            let count = constants::noise_floor_draws() * deviates_within(record, window[0]..window[3]);
+            (window, StandardNormal.sample_iter(&mut noise).take(count).collect())
+        };
+        let drawn: Vec<([usize; 4], Vec<f64>)> = all_windows(record, horizon_s).into_iter().map(drawn).collect();
+        let predicted = drawn.into_par_iter().map(|(window, deviates)| (window, self.within(window, deviates)));
+        for ([_, _, start, end], (predictions, perfect)) in predicted.collect::<Vec<_>>() {
+            perfect.iter().for_each(|[shown, own]| errors[2].add(shown, own));
+            for &at in record.rows_in(start..end) {
+                let (k, measured) = (at - start, measured(record, at));
+                errors[0].add(&measured, &predictions[0][k]);
+                errors[1].add(&measured, &predictions[1][k]);
+                overlay.t_s.push(record.t_s[at]);
+                for channel in 0..3 {
+                    overlay.measured[channel].push(measured[channel]);
+                    overlay.baseline[channel].push(predictions[0][k][channel]);
+                    overlay.extended[channel].push(predictions[1][k][channel]);
                 }
             }
         }
@@ -108,6 +104,41 @@ impl<'a> Comparison<'a> {
         let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| told(e.rmse()));
         Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
     }
+}
+
+/// What both models predict in a window, and what a perfect model would: for each of its rows and each draw of noise, what its
+/// sensors show and what it predicts.
+type Predicted = ([Vec<[f64; 3]>; 2], Vec<[[f64; 3]; 2]>);
+
+impl Comparison<'_> {
+    /// `deviates`: as many standard normal ones as all draws need.
+    fn within(&self, [from, run_in, start, end]: [usize; 4], deviates: Vec<f64>) -> Predicted {
+        let Self { record, baseline, extended } = self;
+        let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
+        let predictions = [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
+        let alike = extended.part(from..end);
+        // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors' noise, and by
+        // what noise and smoothing leave unknown about the initial state. Where the piston sticks, chance decides much of that.
+        let mut perfect_ones = Vec::new();
+        for deviates in deviates.chunks(deviates_within(record, from..end).max(1)) {
+            let perfect = as_if(record, extended, &earlier, from..end, deviates);
+            let own = predict(&perfect, &alike, &history, run_in - from, start - from, end - from);
+            let rows = record.rows_in(start..end).iter();
+            perfect_ones.extend(rows.map(|row| [measured(&perfect, row - from), own[row - start]]));
+        }
+        (predictions, perfect_ones)
+    }
+}
+
+/// What the sensors of position and pressures show.
+fn measured(record: &Record, at: usize) -> [f64; 3] {
+    [record.y_m[at], record.p_a_pa[at], record.p_b_pa[at]]
+}
+
+/// The windows of all that is held back.
+fn all_windows(record: &Record, horizon_s: f64) -> Vec<[usize; 4]> {
+    let held = record.stretches.iter().filter(|s| s.held_back);
+    held.flat_map(|stretch| windows(record, stretch, horizon_s)).collect()
 }
 
 /// Where the rows of predictions within a stretch are from, where they run in, begin and end, all of them in rows and none
@@ -140,6 +171,12 @@ struct Model {
 }
 
 impl Model {
+    /// The same for a part of the recording.
+    fn part(&self, range: core::ops::Range<usize>) -> Self {
+        let of = |all: &Vec<f64>| all.get(range.clone()).unwrap_or_default().to_vec();
+        Self { plant: self.plant, supply_pa: of(&self.supply_pa), warmths: self.warmths.each_ref().map(of) }
+    }
+
     fn new(record: &Record, plant: Plant<f64>, supply_sensor_pa: f64) -> Self {
         let openings = valve::openings(record, &plant);
         let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
@@ -172,14 +209,16 @@ impl Commands<'_> {
     }
 }
 
+/// How many deviates [`as_if`] takes.
+fn deviates_within(record: &Record, range: Range<usize>) -> usize {
+    let of_row = |k: &usize| 3 + usize::from(record.command_doubt_v.get(*k).is_some());
+    record.rows_in(range).iter().map(of_row).sum()
+}
+
 /// The recording that the sensors would have made, noise included, if the model were the rig.
-fn as_if(
-    record: &Record,
-    model: &Model,
-    history: &Commands<'_>,
-    range: core::ops::Range<usize>,
-    noise: &mut Xoshiro256PlusPlus,
-) -> Record {
+fn as_if(record: &Record, model: &Model, history: &Commands<'_>, range: Range<usize>, deviates: &[f64]) -> Record {
+    let mut deviates = deviates.iter();
+    let mut deviate = || deviates.next().copied().unwrap_or(0.0);
     let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
     let q = &record.quality;
     let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
@@ -189,14 +228,12 @@ fn as_if(
         let sigmas = [&q.position, &q.pressure_a, &q.pressure_b].map(|channel| channel.standard_deviation);
         if record.is_row(k) {
             for ((signal, value), sigma) in signals.iter_mut().zip([m.y_m, m.p_a_pa, m.p_b_pa]).zip(sigmas) {
-                let deviate: f64 = StandardNormal.sample(noise);
-                signal.push(value + deviate * sigma);
+                signal.push(value + deviate() * sigma);
             }
         }
         // What the true command was between rows, nobody knows.
         if let Some(doubt_v) = record.command_doubt_v.get(k).filter(|_| record.is_row(k)) {
-            let deviate: f64 = StandardNormal.sample(noise);
-            unknown_v = deviate * doubt_v;
+            unknown_v = deviate() * doubt_v;
         }
         let inputs = inputs(record, model, k);
         simulator.advance_with(&Inputs { u_v: inputs.u_v + unknown_v, ..inputs }, record.interval_s(k));
@@ -314,19 +351,10 @@ fn corrected(
     with_motion(record, plant, out, v)
 }
 
-/// A state with a velocity known as well as the sensor tells it: the bristles of a moving piston are fully bent, those of a
-/// resting one hold the force.
+/// A state with a velocity known as well as the sensor tells it.
 fn with_motion(record: &Record, plant: &Plant<f64>, mut state: State<f64>, v_m_per_s: f64) -> State<f64> {
-    let moving = v_m_per_s.abs() > constants::rest_sigmas() * record.velocity_error_m_per_s();
-    let limit = plant.friction_level(&State { v_m_per_s, ..state }).force_n / plant.coefficients().stiffness;
-    if moving {
-        state.v_m_per_s = v_m_per_s;
-        state.z_m = limit * v_m_per_s.signum();
-    } else {
-        let force = plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
-        state.v_m_per_s = 0.0;
-        state.z_m = (force / plant.coefficients().stiffness).clamp(-limit, limit);
-    }
+    let held_n = || plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
+    (state.v_m_per_s, state.z_m) = piston::restarted(record, plant, &State { v_m_per_s, ..state }, held_n);
     state
 }
 

@@ -2,7 +2,7 @@
 //! not. A name asks whether an effect is there; this asks which model predicts the rig best.
 
 use super::confirmation::{self, beyond_floor};
-use super::hold_out::{self, Comparison};
+use super::hold_out;
 use crate::constants;
 use crate::data::channel::Channels;
 use crate::estimate::problem::{Fit, Problem};
@@ -24,10 +24,7 @@ fn data_cost(on: &Problem<'_>, fit: &Fit) -> f64 {
 /// Squared errors of the whole model on the part held back, restarted, over a noise floor; infinite where it predicts nothing,
 /// zero where the log does not allow full predictions.
 fn whole_model(problem: &Problem<'_>, fit: &Fit, floor: Option<&PerChannel>) -> f64 {
-    let (h, values) = (&fit.hypothesis, &fit.hypothesis.values);
-    let (rig, sensor_pa) = (h.rig(problem.rig, values), h.supply_sensor_pa(values));
-    let models = Comparison::new(problem.record, (problem.rig, 0.0), (&rig, sensor_pa));
-    let errors = models.and_then(|models| models.of_extended(hold_out::HORIZON_S));
+    let errors = hold_out::errors(problem, fit, hold_out::HORIZON_S);
     errors.zip(floor).map_or(0.0, |(errors, floor)| beyond_floor(&errors, floor))
 }
 

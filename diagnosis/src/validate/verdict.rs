@@ -55,9 +55,10 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let held = explains_excess(problem, found, balances) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
     let confirmed = few && most && held;
-    // Only where a name is in reach: the search for such terms takes its time.
+    // Only where a name is in reach, or whether there is a gap is still to be told: the search for such terms takes its time.
     let in_reach = confirmed && found.best.hypothesis.effects.iter().any(|e| effects::channels(*e) & open == 0);
-    let superseded = if in_reach || open == 0 { superseded(problem, found) } else { Vec::new() };
+    let told = open != 0 || !few || trifles || !most;
+    let superseded = if in_reach || !told { superseded(problem, found) } else { Vec::new() };
     let mut causes = Vec::new();
     let mut leads = Vec::new();
     for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
@@ -86,7 +87,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let any = !found.best.hypothesis.effects.is_empty();
     let plain = |b: &Balance| b.nominal_misfit >= 0.5 * closed_cost(b.channel);
     let unclosed = any && causes.is_empty() && balances.iter().any(plain);
-    let gap = open != 0 || !few || trifles || !most || !superseded.is_empty() || unclosed;
+    let gap = told || !superseded.is_empty() || unclosed;
     let quiet = !held && balances.iter().all(|b| b.nominal_misfit < constants::like_noise());
     Judgement { causes, leads, open, gap, quiet }
 }

@@ -18,8 +18,9 @@ use synthesis::{Case, Cause, Chain, Family, Foreign, Law, Which, strength, true_
     plant-sim synthesize --rig rigs/paper-a.toml --effect leak-cross-piston:conductance_kg_per_s_pa=2e-10 --out leak.csv\n  \
     plant-sim synthesize --rig rigs/paper-c.toml --effect valve-lag --effect payload-mass --seed 3 --out two.csv\n  \
     plant-sim synthesize --rig rigs/paper-b.toml --hidden --out hidden.csv --truth answer.toml\n\n\
-An effect without values gets everyday strength, drawn from the seed. Identifiers beginning with foreign- are outside the\n\
-catalogue: a diagnosis must not name anything for them.")]
+An effect without values gets everyday strength, drawn from the seed. Effects that the rig file states under [effects]\n\
+are in the log as well, with the file's values; those chosen or hidden come in addition. Identifiers beginning with\n\
+foreign- are outside the catalogue: a diagnosis must not name anything for them.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     rig: RigArgument,
@@ -128,29 +129,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let truth = true_rig(&rig_file.rig, arguments.nominal_error, &mut rng);
 
     // What the rig file already knows is there as well, hidden or not.
-    let mut causes: Vec<Cause> = rig_file
-        .effects
-        .iter()
-        .map(|(effect, values)| {
-            let mut all = [0.0; 3];
-            all[..values.len()].copy_from_slice(values);
-            Cause::Catalogue(effect, all)
-        })
-        .collect();
-    let hide = |cause: Cause, causes: &mut Vec<Cause>| {
-        causes.retain(|other| other.id() != cause.id());
-        causes.push(cause);
-    };
+    let known = rig_file.effects.iter().map(|(effect, values)| {
+        let mut all = [0.0; 3];
+        all[..values.len()].copy_from_slice(values);
+        Cause::Catalogue(effect, all)
+    });
+    let mut causes: Vec<Cause> = known.collect();
     for text in &arguments.effects {
         let draw = |which| strength::draw(which, &truth, arguments.strength, &mut rng);
         let cause = Cause::parse(text, draw).map_err(|error| CliError::Usage(error.to_string()))?;
-        hide(cause, &mut causes);
+        if causes.iter().any(|other| other.id() == cause.id()) {
+            return Err(CliError::Usage(twice(cause.id(), arguments, &rig_file)));
+        }
+        causes.push(cause);
     }
     if let Some(count) = arguments.hidden {
-        let pool: Vec<Which> = plant_model::Effect::ALL.into_iter().map(Which::Catalogue).collect();
+        let all = plant_model::Effect::ALL.into_iter().map(Which::Catalogue);
+        let pool: Vec<Which> = all.filter(|which| causes.iter().all(|cause| cause.id() != which.id())).collect();
+        if usize::from(count) > pool.len() {
+            let message = format!("--hidden {count}: only {} effects are left to hide", pool.len());
+            return Err(CliError::Usage(message));
+        }
         for which in pool.sample(&mut rng, usize::from(count)) {
-            let cause = strength::draw(*which, &truth, arguments.strength, &mut rng);
-            hide(cause, &mut causes);
+            causes.push(strength::draw(*which, &truth, arguments.strength, &mut rng));
         }
     }
     plant_model::Plant::new(&truth, &Cause::effects(&causes)).map_err(|error| CliError::Usage(error.to_string()))?;
@@ -176,6 +177,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         eprintln!("warning: p_sup_pa is recorded, so the pulsating supply is visible; leave it out with --columns");
     }
     Ok(())
+}
+
+/// An effect that would be there twice.
+fn twice(id: &str, arguments: &Arguments, rig_file: &RigFile) -> String {
+    let rig = arguments.rig.rig.display();
+    if rig_file.effects.iter().any(|(effect, _)| effect.id() == id) {
+        format!(
+            "--effect {id}: {rig} states it already, under [effects.{id}], and the log has it with these values. For other \
+             values synthesize from a copy of {rig} without [effects.{id}]"
+        )
+    } else {
+        format!("--effect {id} is given twice: give it once")
+    }
 }
 
 fn chain(arguments: &Arguments, rig_file: &RigFile) -> Chain {

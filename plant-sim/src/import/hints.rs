@@ -38,6 +38,11 @@ pub(super) fn of(cell: &str, place: &Place<'_>) -> (String, String) {
 fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
     let is_time = place.rule.target.is_none();
     let stated = matches!(&place.rule.time, TimeCells::DateTime { format: Some(_) });
+    let zone = stamps::zone_by_name(cell);
+    if zone.is_some() && is_time && place.rule.time != TimeCells::Number {
+        return ("a time in a zone called by its name", zone_by_name(place));
+    }
+    let cell = zone.map_or(cell, |(time, _)| time);
     let kind = if stamps::Reader::default().read(cell).is_some() || stamps::formats(cell).is_some() {
         Some(("a date with a time", "datetime"))
     } else {
@@ -119,6 +124,20 @@ fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
         return ("", format!("set `missing = [\"{word}\"]` [s] if it marks a missing sample; {}", not_a_row(place)));
     }
     ("", not_a_row(place))
+}
+
+/// The remedy for a name that has more than one meaning, such as CST, or changes in the night when the clocks do.
+fn zone_by_name(place: &Place<'_>) -> String {
+    let export = "names of zones are not understood; export the";
+    match place.rule.time {
+        TimeCells::DateTime { .. } => format!(
+            "{export} stamps with an offset such as +01:00, or in UTC; or, if all rows have the same name, write it at the end of \
+             `format` [t_s], e.g. \"%d.%m.%Y %H:%M:%S%.f CET\","
+        ),
+        _ => format!(
+            "{export} times without one, or with their date and an offset such as +01:00 and set `time = \"datetime\"` [t_s]"
+        ),
+    }
 }
 
 fn wrong_column(place: &Place<'_>) -> String {

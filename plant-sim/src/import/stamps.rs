@@ -19,6 +19,8 @@ pub(super) struct Stamp {
 
 /// Dates that can be read in one way only.
 const DATES: [&str; 6] = ["%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%d-%b-%Y", "%d %b %Y", "%b %d %Y"];
+/// How a format says that an offset from universal time stands there.
+const OFFSETS: [&str; 5] = ["%z", "%:z", "%::z", "%:::z", "%#z"];
 const TIMES: [&str; 3] = ["%H:%M:%S%.f", "%H:%M", "%I:%M:%S%.f %p"];
 
 /// Reads stamps without a stated format; remembers which one fitted last.
@@ -50,21 +52,42 @@ impl Reader {
     }
 }
 
-/// A stamp in the format that the mapping states.
+/// A stamp in the format that the mapping states. A zone's name says nothing of its clock, unless it is that of universal time.
 pub(super) fn formatted(cell: &str, format: &str) -> Option<Stamp> {
     let cell = plain(cell);
-    let (text, zone) = if format.contains("%z") { (&cell[..], false) } else { without_universal(&cell) };
-    let stamp = parse(text, &format.replace('T', " "))?;
-    Some(Stamp { zoned: stamp.zoned || zone, ..stamp })
+    let format = blank_for_t(format);
+    let (text, universal) = without_universal(&cell);
+    if !universal {
+        return if format.contains("%Z") { None } else { parse(&cell, &format) };
+    }
+    let bare = OFFSETS.iter().chain(&["%Z"]).fold(format.clone(), |format, zone| format.replace(zone, ""));
+    // The mark may stand in the format as it stands in the cell.
+    let stamp = parse(text, bare.trim_end()).or_else(|| parse(&cell, &format))?;
+    Some(Stamp { zoned: true, ..stamp })
+}
+
+/// A format with a blank between date and time, as [`plain`] writes stamps.
+fn blank_for_t(format: &str) -> String {
+    let mut out = format.to_string();
+    // Behind a letter of the format, such as `%d`, and not a letter of it, such as `%T`.
+    if let Some(at) = format.find("T%")
+        && at >= 2
+        && format.as_bytes()[at - 2] == b'%'
+    {
+        out.replace_range(at..=at, " ");
+    }
+    out
 }
 
 fn parse(text: &str, format: &str) -> Option<Stamp> {
     let since_1970 = |s: i64, ns: u32| i128::from(s) * SECOND_NS + i128::from(ns);
-    if let Ok(stamp) = NaiveDateTime::parse_from_str(text, format) {
+    // Without a zone of its own a stamp would pass over the offset that the format reads.
+    let has_offset = OFFSETS.iter().any(|offset| format.contains(offset));
+    if !has_offset && let Ok(stamp) = NaiveDateTime::parse_from_str(text, format) {
         let utc = stamp.and_utc();
         return Some(Stamp { ns: since_1970(utc.timestamp(), utc.timestamp_subsec_nanos()), zoned: false });
     }
-    let zoned = if format.contains("%z") || format.contains("%#z") { format.into() } else { format!("{format}%#z") };
+    let zoned = if has_offset { format.into() } else { format!("{format}%#z") };
     let stamp = DateTime::parse_from_str(text, &zoned).ok()?;
     Some(Stamp { ns: since_1970(stamp.timestamp(), stamp.timestamp_subsec_nanos()), zoned: true })
 }
@@ -92,18 +115,38 @@ fn plain(cell: &str) -> String {
 
 /// Without the mark of universal time, and whether there was one.
 fn without_universal(text: &str) -> (&str, bool) {
-    for mark in ["Z", "z", " UTC", " GMT"] {
-        if let Some(rest) = text.strip_suffix(mark) {
-            return (rest.trim_end(), true);
-        }
+    let word = text.rfind(|c: char| !c.is_ascii_alphabetic()).map_or(0, |at| at + 1);
+    // What stands before the mark may end in a sign of more than one byte.
+    match text.get(word..) {
+        Some(mark) if is_universal(mark) => (text[..word].trim_end(), true),
+        _ => (text, false),
     }
-    (text, false)
+}
+
+fn is_universal(zone: &str) -> bool {
+    ["Z", "UTC", "GMT"].iter().any(|mark| zone.eq_ignore_ascii_case(mark))
+}
+
+/// A time without the name of the zone behind it, and that name, such as `CET` or `Europe/Berlin`. `None` for a time without
+/// such a name, for universal time, and for what is no time.
+pub(super) fn zone_by_name(cell: &str) -> Option<(&str, &str)> {
+    let cell = cell.trim();
+    let clock = cell.rfind(':')?;
+    let mut at = clock + cell[clock..].find(char::is_alphabetic)?;
+    let half = cell.get(at..at + 2).filter(|word| ["AM", "PM"].iter().any(|half| half.eq_ignore_ascii_case(word)));
+    if half.is_some() {
+        at += 2;
+    }
+    let name = cell[at..].trim_matches([' ', '[', ']', '(', ')']);
+    let time = cell[..at].trim_end_matches([' ', '[', '(']);
+    let reads = Reader::default().read(time).is_some() || formats(time).is_some() || time_of_day(time).is_some();
+    (name.starts_with(char::is_alphabetic) && !is_universal(name) && reads).then_some((time, name))
 }
 
 /// Nanoseconds since midnight of `10:00:00.125`, `10:00:00,125`, `9:59:59 PM`; hours above 24 of an elapsed time are taken, too.
 pub(super) fn time_of_day(cell: &str) -> Option<i128> {
     let text = plain(cell);
-    let upper = text.to_ascii_uppercase();
+    let upper = without_universal(&text).0.to_ascii_uppercase();
     let (clock, half) = match (upper.strip_suffix("AM"), upper.strip_suffix("PM")) {
         (Some(rest), _) => (rest.trim_end(), Some(0)),
         (_, Some(rest)) => (rest.trim_end(), Some(12)),
@@ -184,11 +227,50 @@ mod tests {
             "2026-03-01 11:00:00.125 +0100",
             "2026-03-01T05:00:00,125-05:00",
             "2026-03-01 10:00:00.125 UTC",
+            "2026-03-01 10:00:00.125UTC",
+            "2026-03-01 10:00:00.125 utc",
+            "01.03.2026 10:00:00,125 GMT",
+            "2026-03-01 10:00:00.125 AM Z",
         ] {
             assert_eq!(Reader::default().read(cell), Some(Stamp { zoned: true, ..moment }), "{cell}");
         }
         for cell in ["03/01/2026 10:00:00", "10:00:00", "2026-03-01", "2026-13-01 10:00:00", "x", "", "T", "1:"] {
             assert_eq!(Reader::default().read(cell), None, "{cell}");
+        }
+    }
+
+    #[test]
+    fn a_zone_is_known_by_its_offset_or_as_universal_time_and_never_by_another_name() {
+        let moment = Stamp { ns: 1_772_359_200_125_000_000, zoned: true };
+        for (cell, format) in [
+            ("2026-03-01 10:00:00.125 UTC", "%Y-%m-%d %H:%M:%S%.f"),
+            ("2026-03-01 10:00:00.125 UTC", "%Y-%m-%d %H:%M:%S%.f UTC"),
+            ("2026-03-01 10:00:00.125 GMT", "%Y-%m-%d %H:%M:%S%.f %Z"),
+            ("2026-03-01T10:00:00.125Z", "%Y-%m-%dT%H:%M:%S%.f%z"),
+            ("2026-03-01T11:00:00.125+0100", "%Y-%m-%dT%T%.f%z"),
+        ] {
+            assert_eq!(formatted(cell, format), Some(moment), "{cell} by {format}");
+        }
+        // A name that the format has in every row is no more than text.
+        let by_text = formatted("2026-03-01 10:00:00.125 CET", "%Y-%m-%d %H:%M:%S%.f CET");
+        assert_eq!(by_text, Some(Stamp { zoned: false, ..moment }));
+        assert_eq!(formatted("2026-03-01 10:00:00.125 CEST", "%Y-%m-%d %H:%M:%S%.f CET"), None);
+        assert_eq!(formatted("2026-03-01 10:00:00.125 CET", "%Y-%m-%d %H:%M:%S%.f %Z"), None);
+        for (cell, name) in [
+            ("2026-03-01 10:00:00.125 CET", "CET"),
+            ("01.03.2026 10:00:00,125 MESZ", "MESZ"),
+            ("03/01/2026 10:00:00 PM EST", "EST"),
+            ("10:00:00 CEST", "CEST"),
+            ("2026-03-01 10:00:00 GMT+1", "GMT+1"),
+            ("2026-03-01T11:00:00+01:00[Europe/Berlin]", "Europe/Berlin"),
+        ] {
+            assert_eq!(Reader::default().read(cell), None, "{cell}");
+            assert_eq!(zone_by_name(cell).map(|(_, name)| name), Some(name), "{cell}");
+        }
+        for cell in
+            ["2026-03-01 10:00:00", "10:00:00 PM", "10:00:00 UTC", "2026-03-01 10:00:00Z", "x: CET", "10:00:00 €"]
+        {
+            assert_eq!(zone_by_name(cell), None, "{cell}");
         }
     }
 
@@ -216,6 +298,7 @@ mod tests {
         assert_eq!(ms("11:59:59 PM"), Some(86_399_000));
         assert_eq!(ms("12:00:00 AM"), Some(0));
         assert_eq!(ms("25:00:01"), Some(90_001_000));
+        assert_eq!(ms("10:00:00.125 UTC"), Some(36_000_125));
         for cell in ["10:00", "10:61:00", "a:b:c", "1:2:3:4:5", "", "::", "13:00:00 PM"] {
             assert_eq!(ms(cell), None, "{cell}");
         }

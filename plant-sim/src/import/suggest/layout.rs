@@ -57,6 +57,7 @@ pub(super) fn kind(cell: &str, decimal_comma: bool) -> Kind {
         return Kind::Missing;
     }
     let cell = number_part(cell);
+    let cell = stamps::zone_by_name(cell).map_or(cell, |(time, _)| time);
     if plain.number(cell).is_some() {
         Kind::Number
     } else if stamps::time_of_day(cell).is_some() {

@@ -63,13 +63,18 @@ fn suggest_text(text: &str, file: &str, note: Option<&str>, rig: Option<&RigFile
     let mut chosen = ORDER.map(|column| pick(column, &columns, time.columns()));
     one_side(&mut chosen);
     let lines = quantities::lines(&columns, &chosen, rig);
-    source(&mut page, &layout, &columns, &time, lines.iter().any(|line| line.gauge));
-    time.write(&mut page, &layout);
     let used: Vec<usize> = chosen.iter().flat_map(|choice| &choice.found).chain(time.columns()).copied().collect();
+    let left = unused(&columns, &used, &chosen);
+    // What is left out may be a gauge pressure, too.
+    let may_be_gauge = left.as_ref().is_some_and(|[_, wanted]| wanted.contains("p_"));
+    source(&mut page, &layout, &columns, &time, may_be_gauge || lines.iter().any(|line| line.gauge));
+    time.write(&mut page, &layout);
     for line in lines {
         line.write(&mut page, &layout, &columns);
     }
-    unused(&mut page, &columns, &used, &chosen);
+    if let Some(left) = &left {
+        tell_unused(&mut page, left);
+    }
     let mut draft = Draft { open: page.open(), text: page.text(), refused: None };
     if draft.open.is_empty() {
         let tried = Mapping::parse(&draft.text, "the draft").and_then(|mapping| mapping.convert_text(text, file));
@@ -104,18 +109,20 @@ fn one_side(chosen: &mut [Choice]) {
     }
 }
 
-/// Columns of numbers that no name or unit gave a place, and how to give them one.
-fn unused(page: &mut Page, columns: &[Seen], used: &[usize], chosen: &[Choice]) {
+/// Columns of numbers that no name or unit gave a place, and the columns of the log that they may be.
+fn unused(columns: &[Seen], used: &[usize], chosen: &[Choice]) -> Option<[String; 2]> {
     let left = columns.iter().filter(|seen| seen.kind == Kind::Number && !used.contains(&seen.number));
     let left: Vec<String> = left.map(Seen::called).collect();
     let wanted = chosen.iter().filter(|choice| choice.found.is_empty() && choice.column != Column::Y);
     let wanted: Vec<&str> = wanted.map(|choice| choice.column.name()).collect();
-    if left.is_empty() || wanted.is_empty() {
-        return;
-    }
+    (!left.is_empty() && !wanted.is_empty()).then(|| [left.join(", "), wanted.join(", ")])
+}
+
+/// How to give a place to the columns that have none.
+fn tell_unused(page: &mut Page, [left, wanted]: &[String; 2]) {
     page.0.push((String::new(), String::new()));
-    page.comment(format!("Not used: {}.", left.join(", ")));
-    page.comment(format!("If one of them is {}, add its table, for instance:", wanted.join(", ")));
+    page.comment(format!("Not used: {left}."));
+    page.comment(format!("If one of them is {wanted}, add its table, for instance:"));
     page.comment("[column.p_a_pa]");
     page.comment("from = \"NAME\"");
     page.comment("unit = \"bar\"");

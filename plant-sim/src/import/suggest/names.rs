@@ -74,6 +74,8 @@ impl Words {
     fn supply(&self) -> bool {
         self.contain(&["versorg", "supply", "netz", "speis", "vordruck", "zuluft", "source", "kessel"])
             || self.are(&["ps", "psup", "sup", "p0", "line", "tank"])
+            // `pS`, `p_s`.
+            || self.0.windows(2).any(|pair| pair[0] == "p" && pair[1] == "s")
     }
 
     fn feedback(&self) -> bool {
@@ -111,7 +113,7 @@ pub(super) fn fit(column: Column, name: &str, unit: Meant) -> u32 {
     let none = unit == Meant::Nothing;
     match column {
         Column::Y => {
-            let fits = of(Quantity::Length) || none;
+            let fits = of(Quantity::Length) || none || unit == Meant::Signal;
             let other = words.setpoint() || words.command() || words.pressure();
             match (fits && !other, words.position(), of(Quantity::Length)) {
                 (true, true, sure) => 3 + 2 * u32::from(sure),

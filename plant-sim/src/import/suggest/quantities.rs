@@ -136,6 +136,18 @@ impl Lines {
         };
         let candidates: &[(&str, f64)] =
             if stroke.is_some() { &[("m", 1.0), ("cm", 0.01), ("mm", 1.0e-3)] } else { &[("m", 1.0), ("mm", 1.0e-3)] };
+        if let Some(signal) = seen.unit.and_then(|unit| unit.signal) {
+            let half = 0.5e3 * stroke_m(rig);
+            let [from, to] = if signal == "mA" { [4.0, 20.0] } else { [0.0, 100.0] };
+            self.key("unit", "\"mm\"", "of what the points mean");
+            let why = format!(
+                "left to you: it reads {range} {signal}; what does it read at the end stop of A, and at that of B? {from} to {to} \
+                 {signal}: [[{from:?}, {:?}], [{to:?}, {half:?}]]",
+                -half
+            );
+            self.key("points", "\"?\"", why);
+            return;
+        }
         let Some(factor) = self.unit(seen, Quantity::Length, candidates, fits, &range) else { return };
         if self.column == Column::Y {
             self.key(
