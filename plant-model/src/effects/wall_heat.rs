@@ -120,8 +120,8 @@ impl<R: Real> Law<R> {
         (R::ONE + warmth) * (R::ONE + e * change * (R::ONE + R::HALF * (e - R::ONE) * change)) - R::ONE
     }
 
-    /// Pressure in Pa and warmth of a chamber's air after `dt_s` at a constant volume in m3 of a chamber of this area: a flow with its derivative by the pressure,
-    /// and the walls. `pa_s_per_kg` is `R n T_s dt/V`.
+    /// Pressure in Pa and warmth of a chamber's air after `dt_s` at a constant volume: a flow with its derivative by the pressure,
+    /// and the walls of a chamber of this area in m2 and volume in m3. `pa_s_per_kg` is `R n T_s dt/V`.
     #[must_use]
     pub fn filled(
         &self,
