@@ -58,6 +58,13 @@ struct Stroke {
     y_m: f64,
 }
 
+impl Stroke {
+    /// Volume of the chamber between, m3, for an interval of `dt_s`.
+    fn volume_m3(&self, plant: &Plant<f64>, dt_s: f64) -> f64 {
+        plant.energy_j_per_kg() * dt_s / self.pa_s_per_kg
+    }
+}
+
 impl Compression {
     #[inline(always)]
     fn stroke(&self, place: usize) -> Stroke {
@@ -219,8 +226,8 @@ fn exchanged(
     let factor = stroke.pa_s_per_kg;
     if let Some(law) = law {
         let dt_s = record.interval_s(k);
-        let volume_m3 = plant.energy_j_per_kg() * dt_s / factor;
-        (p, warmth) = law.filled((p, warmth), &flow, factor, (plant.area_m2(side), volume_m3), dt_s);
+        let chamber = (plant.area_m2(side), stroke.volume_m3(plant, dt_s));
+        (p, warmth) = law.filled((p, warmth), &flow, factor, chamber, dt_s);
         warmth = law.compressed(warmth, stroke.second_half);
     } else {
         p += factor * flow.mass_flow / (1.0 - 0.5 * factor * flow.by_chamber);
@@ -250,8 +257,8 @@ pub(crate) fn warmths(
         warmth = match &plant.added().wall_heat.law {
             Some(law) if interrupted(&record.t_s, k + 1, record.quality.interval_s) => {
                 let dt_s = record.interval_s(k);
-                let volume_m3 = plant.energy_j_per_kg() * dt_s / stroke.pa_s_per_kg;
-                law.meanwhile([p(k), p(k + 1)], warmth, (plant.area_m2(side), volume_m3), dt_s)
+                let chamber = (plant.area_m2(side), stroke.volume_m3(plant, dt_s));
+                law.meanwhile([p(k), p(k + 1)], warmth, chamber, dt_s)
             }
             _ => exchanged(record, plant, side, (&drive, k), &stroke, (p(k), warmth)).1,
         };

@@ -13,7 +13,6 @@ use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::Problem;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::nominal;
-use crate::model::parameter::Slot;
 use crate::select::visibility;
 use plant_model::Effect;
 use plant_model::effects::MAX_PARAMETERS;
@@ -125,11 +124,7 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
     };
     let references: Vec<&Residuals> = own.iter().collect();
     for (place, parameter) in null.parameters.iter().enumerate() {
-        let name = match parameter.slot {
-            Slot::Nominal(key) => key.path,
-            Slot::Stated(effect, index) => effect.info().parameters[index].key,
-            Slot::Effect(..) | Slot::Term(_) | Slot::SupplySensor => continue,
-        };
+        let Some(name) = parameter.slot.stated_key() else { continue };
         let (error, information) = std_error(&beside(place), &base, &references, place);
         let compared_with = parameter.tolerance.unwrap_or(parameter.scale);
         out.push(Knowledge { name: name.to_string(), std_error: error * parameter.scale, compared_with, information });

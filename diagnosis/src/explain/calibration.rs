@@ -16,10 +16,11 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let Some(tolerance) = parameter.tolerance else { continue };
         // Name, nominal and corrected value; a sensor's offset is told by the mean of its column.
         let (name, nominal, corrected) = match parameter.slot {
-            Slot::Nominal(key) => (key.path, key.get(&problem.rig.rig), *value),
             Slot::SupplySensor => (Channel::Supply.column(), shown_pa, shown_pa - value),
-            Slot::Stated(effect, index) => (effect.info().parameters[index].key, parameter.neutral, *value),
-            Slot::Effect(..) | Slot::Term(_) => continue,
+            slot => match slot.stated_key() {
+                Some(key) => (key, parameter.neutral, *value),
+                None => continue,
+            },
         };
         let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
         let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { tolerance };

@@ -1,7 +1,6 @@
 //! What the log says nothing about.
 
 use crate::estimate::problem::{Fit, Problem};
-use crate::model::parameter::Slot;
 use crate::select::visibility;
 use plant_model::Effect;
 
@@ -23,15 +22,10 @@ pub(crate) fn not_identifiable(problem: &Problem<'_>, fit: &Fit) -> Vec<String> 
         out.push("friction.stribeck_velocity_m_per_s".to_string());
     }
     for (place, parameter) in fit.hypothesis.parameters.iter().enumerate() {
-        let path = match parameter.slot {
-            Slot::Nominal(key) => key.path,
-            Slot::Stated(effect, index) => effect.info().parameters[index].key,
-            Slot::Effect(..) | Slot::Term(_) | Slot::SupplySensor => continue,
-        };
-        if let Some(tolerance) = parameter.tolerance {
+        if let (Some(key), Some(tolerance)) = (parameter.slot.stated_key(), parameter.tolerance) {
             let variance = fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)]);
             if !variance.is_finite() || variance.max(0.0).sqrt() > 0.7 * tolerance {
-                out.push(path.to_string());
+                out.push(key.to_string());
             }
         }
     }

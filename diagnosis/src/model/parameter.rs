@@ -19,6 +19,17 @@ pub(crate) enum Slot {
     Term(usize),
 }
 
+impl Slot {
+    /// The key of what the rig file states; `None` for what it does not.
+    pub(crate) fn stated_key(&self) -> Option<&'static str> {
+        match self {
+            Self::Nominal(key) => Some(key.path),
+            Self::Stated(effect, index) => Some(effect.info().parameters[*index].key),
+            Self::Effect(..) | Self::Term(_) | Self::SupplySensor => None,
+        }
+    }
+}
+
 impl PartialEq for Slot {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
