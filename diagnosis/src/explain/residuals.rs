@@ -9,7 +9,9 @@ use crate::data::quality::Quality;
 use crate::outcome::{Dependence, Evidence, Peak};
 use plant_model::Rig;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
+use rustfft::algorithm::Radix4;
+use rustfft::num_complex::Complex;
+use rustfft::{Fft as _, FftDirection};
 
 /// Half the window over which rates are taken, s.
 const RATE_WINDOW_S: f64 = 0.02;
@@ -293,12 +295,14 @@ impl<'a> Residuals<'a> {
             Model::Extended => &e.extended[channel as usize],
         };
         let length = ((PIECE_S / self.interval_s.max(1e-6)) as usize).next_power_of_two();
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        // The length is a power of two, which this algorithm asks for. A planner would compile every other algorithm as well.
+        let transform = Radix4::new(length, FftDirection::Forward);
         let turn = core::f64::consts::TAU / length as f64;
         let window: Vec<f64> = (0..length).map(|k| 0.5 - 0.5 * (turn * k as f64).cos()).collect();
         let white: f64 = window.iter().map(|w| w * w).sum();
-        let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
-        let mut power = vec![0.0; output.len()];
+        let mut values = vec![Complex::new(0.0, 0.0); length];
+        let mut scratch = vec![Complex::new(0.0, 0.0); transform.get_inplace_scratch_len()];
+        let mut power = vec![0.0; length / 2 + 1];
         let (mut pieces, mut start) = (0, 0);
         while start + length <= errors.len() {
             let piece = start..start + length;
@@ -307,14 +311,13 @@ impl<'a> Residuals<'a> {
             // Behind what is missing a new piece begins.
             let missing = errors[piece.clone()].iter().rposition(|error| error.is_nan());
             if missing.is_none() && whole {
-                for ((to, error), w) in input.iter_mut().zip(&errors[piece]).zip(&window) {
-                    *to = error * w;
+                for ((to, error), w) in values.iter_mut().zip(&errors[piece]).zip(&window) {
+                    *to = Complex::new(error * w, 0.0);
                 }
                 // Lengths agree by construction.
-                if transform.process(&mut input, &mut output).is_ok() {
-                    power.iter_mut().zip(&output).for_each(|(sum, x)| *sum += x.norm_sqr() / white);
-                    pieces += 1;
-                }
+                transform.process_with_scratch(&mut values, &mut scratch);
+                power.iter_mut().zip(&values).for_each(|(sum, x)| *sum += x.norm_sqr() / white);
+                pieces += 1;
                 start += length / 2;
             } else {
                 start += missing.map_or(length / 4, |place| place + 1).max(1);
