@@ -38,7 +38,7 @@ fn shuffled(id: &str) -> String {
 
 #[test]
 fn single_effects_are_named_first_and_alone_and_shuffled_names_would_not_pass() {
-    for (nominal, count) in [(Nominal::Exact, of(5, 2)), (Nominal::TwoPercent, of(3, 1))] {
+    for (nominal, count) in [(Nominal::Exact, of(5, 1)), (Nominal::TwoPercent, of(3, 1))] {
         for (plan, rig, log, hidden) in cases(Class::Single, nominal, count) {
             let diagnosis = found(&rig, &log);
             let named: Vec<_> = diagnosis.causes.iter().map(|c| (c.id.clone(), c.ties.clone())).collect();
@@ -103,7 +103,8 @@ fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
 /// Where a valve's play stood and how far the supply had drooped before the log began is not known.
 #[test]
 fn a_log_may_begin_in_the_middle_of_things() {
-    for cause in [(Effect::ValveHysteresis, [0.15, 0.0, 0.0]), (Effect::SupplyDroop, [3.0e7, 0.3, 0.0])] {
+    let causes = [(Effect::ValveHysteresis, [0.15, 0.0, 0.0]), (Effect::SupplyDroop, [3.0e7, 0.3, 0.0])];
+    for cause in causes.into_iter().take(of(2, 1)) {
         for begins_s in [2.1, 1.2, 3.3, 4.7].into_iter().take(of(4, 1)) {
             let (rig, log) = recorded(&[cause], 0.0, begins_s, 15.0);
             let diagnosis = found(&rig, &log);

@@ -251,7 +251,7 @@ fn gauge_pressures_are_told_by_the_supply_and_a_regulator_set_lower_is_no_contra
 #[test]
 fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
     for class in Class::ALL {
-        for plan in plans(class, Nominal::TwoPercent, of(8, 2), SEED) {
+        for plan in plans(class, Nominal::TwoPercent, of(8, 1), SEED) {
             let case = plan.draw();
             let Ok(found) = check(&case.rig_file, &case.record().0) else { continue };
             let contradicts = |flaw: &&diagnosis::Flaw| flaw.weight == Weight::Contradiction;
