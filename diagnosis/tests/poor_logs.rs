@@ -66,7 +66,8 @@ fn without_a_command_a_resting_piston_is_no_log_to_judge() {
 fn poor_experiments_without_a_gap_name_nothing() {
     let wanted = of(4, 1);
     let poor = plans(Class::Poor, Nominal::Exact, 24, 20_261_121);
-    let cases = poor.into_iter().map(|plan| (plan, plan.draw())).filter(|(_, case)| case.causes.is_empty()).take(wanted);
+    let cases =
+        poor.into_iter().map(|plan| (plan, plan.draw())).filter(|(_, case)| case.causes.is_empty()).take(wanted);
     let mut count = 0;
     for (plan, case) in cases {
         let diagnosis = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");

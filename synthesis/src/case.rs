@@ -99,7 +99,7 @@ pub struct Case {
     pub rig_file: RigFile,
     /// What the rig really is, before effects.
     pub truth: Rig<f64>,
-    /// What is hidden in it.
+    /// What is hidden in it, beside the effects that the rig file states. A hidden effect replaces a stated one.
     pub causes: Vec<Cause>,
     /// What is done with it.
     pub experiment: Experiment,
@@ -112,10 +112,22 @@ pub struct Case {
 }
 
 impl Case {
+    /// All that is present: the effects that the rig file states, and what is hidden.
+    #[must_use]
+    pub fn present(&self) -> Vec<Cause> {
+        let stated = self.rig_file.effects.iter().map(|(effect, values)| {
+            let mut all = [0.0; 3];
+            all[..values.len()].copy_from_slice(values);
+            Cause::Catalogue(effect, all)
+        });
+        let hidden = |id: &str| self.causes.iter().any(|cause| cause.id() == id);
+        stated.filter(|cause| !hidden(cause.id())).chain(self.causes.iter().cloned()).collect()
+    }
+
     /// Records the log, and what ideal sensors would have shown.
     #[must_use]
     pub fn record(&self) -> (Log, Vec<Reading>) {
-        record(&Physics::new(&self.truth, &self.causes), &self.experiment, &self.law, &self.chain, self.seed)
+        record(&Physics::new(&self.truth, &self.present()), &self.experiment, &self.law, &self.chain, self.seed)
     }
 
     /// The truth as text, `key = value` lines that TOML reads.
@@ -131,7 +143,7 @@ impl Case {
                 let _ = writeln!(text, "\"{}\" = {ratio:?}", key.path);
             }
         }
-        for cause in &self.causes {
+        for cause in self.present() {
             let _ = writeln!(text, "\n[effects.{}]", cause.id());
             for (name, value) in cause.parameters() {
                 let _ = writeln!(text, "{name} = {value:?}");

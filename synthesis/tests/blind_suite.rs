@@ -142,6 +142,20 @@ fn exact_nominal_values_are_exact_and_uncertain_ones_stay_near() {
 }
 
 #[test]
+fn what_a_rig_file_states_is_in_the_rig_and_never_hidden() {
+    let mut rig = RigFile::paper_a();
+    rig.effects.set(Effect::ValveLag, &[0.01]);
+    for plan in plans(Class::Single, Nominal::Exact, Effect::ALL.len(), 5) {
+        let case = plan.draw_on(std::slice::from_ref(&rig));
+        let lags: Vec<Cause> = case.present().into_iter().filter(|c| c.id() == Effect::ValveLag.id()).collect();
+        let hidden = case.causes.iter().any(|cause| cause.id() == Effect::ValveLag.id());
+        assert_eq!(lags.len(), 1, "{plan}");
+        assert_eq!(case.rig_file.effects.get(Effect::ValveLag).is_none(), hidden, "{plan}");
+        assert!(hidden || lags[0] == Cause::Catalogue(Effect::ValveLag, [0.01, 0.0, 0.0]), "{plan}: {lags:?}");
+    }
+}
+
+#[test]
 fn a_failing_diagnosis_fails_its_case_and_not_the_suite() {
     let count = AtomicUsize::new(0);
     let failing = |_: &RigFile, log: &Log| -> Result<Answer, String> {

@@ -128,24 +128,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let truth = true_rig(&rig_file.rig, arguments.nominal_error, &mut rng);
 
-    // What the rig file already knows is there as well, hidden or not.
-    let known = rig_file.effects.iter().map(|(effect, values)| {
-        let mut all = [0.0; 3];
-        all[..values.len()].copy_from_slice(values);
-        Cause::Catalogue(effect, all)
-    });
-    let mut causes: Vec<Cause> = known.collect();
+    let stated = |id: &str| rig_file.effects.iter().any(|(effect, _)| effect.id() == id);
+    let mut causes: Vec<Cause> = Vec::new();
     for text in &arguments.effects {
         let draw = |which| strength::draw(which, &truth, arguments.strength, &mut rng);
         let cause = Cause::parse(text, draw).map_err(|error| CliError::Usage(error.to_string()))?;
-        if causes.iter().any(|other| other.id() == cause.id()) {
+        if stated(cause.id()) || causes.iter().any(|other| other.id() == cause.id()) {
             return Err(CliError::Usage(twice(cause.id(), arguments, &rig_file)));
         }
         causes.push(cause);
     }
     if let Some(count) = arguments.hidden {
         let all = plant_model::Effect::ALL.into_iter().map(Which::Catalogue);
-        let pool: Vec<Which> = all.filter(|which| causes.iter().all(|cause| cause.id() != which.id())).collect();
+        let pool: Vec<Which> =
+            all.filter(|which| !stated(which.id()) && causes.iter().all(|cause| cause.id() != which.id())).collect();
         if usize::from(count) > pool.len() {
             let message = format!("--hidden {count}: only {} effects are left to hide", pool.len());
             return Err(CliError::Usage(message));
@@ -154,12 +150,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
             causes.push(strength::draw(*which, &truth, arguments.strength, &mut rng));
         }
     }
-    plant_model::Plant::new(&truth, &Cause::effects(&causes)).map_err(|error| CliError::Usage(error.to_string()))?;
-
     let experiment = arguments.experiment.draw(&truth, arguments.duration, &mut rng);
     let law = Law::for_rig(&rig_file.rig, rng.random_range(0.8..1.6));
     let chain = chain(arguments, &rig_file);
     let case = Case { rig_file, truth, causes, experiment, law, chain, seed };
+    let present = case.present();
+    plant_model::Plant::new(&case.truth, &Cause::effects(&present))
+        .map_err(|error| CliError::Usage(error.to_string()))?;
     let (log, _) = case.record();
     log.write(&arguments.out)?;
     if let Some(path) = &arguments.truth {
@@ -167,7 +164,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     say!("{}: {} rows, experiment {}, seed {seed}", arguments.out.display(), log.len(), case.experiment.name);
     if arguments.hidden.is_none() {
-        for cause in &case.causes {
+        for cause in &present {
             say!("  {}", cause.describe());
         }
     }

@@ -268,6 +268,12 @@ impl Plan {
         let relative = self.nominal.relative();
         let stated = if rng.random_bool(0.5) { Stated::Everywhere } else { Stated::UncertainKeys };
         rig_file.tolerance = stated(relative).tolerance();
+        for hidden in &which {
+            if let Which::Catalogue(effect) = hidden {
+                // Nothing is hidden that the file states.
+                rig_file.effects.remove(*effect);
+            }
+        }
         let mut truth = true_rig(&rig_file.rig, relative, &mut rng);
         if self.class == Class::Weather {
             // A file that calls all values exact would not be honest.
