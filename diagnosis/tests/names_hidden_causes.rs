@@ -56,7 +56,7 @@ fn single_effects_are_named_first_and_alone_and_shuffled_names_would_not_pass() 
 /// Everyday work of rig (a), its values stated with some tolerance, recorded for `duration_s` from `begins_s` on.
 fn recorded(causes: &[(Effect, [f64; 3])], tolerance: f64, begins_s: f64, duration_s: f64) -> (RigFile, Log) {
     let mut rig_file = RigFile::paper_a();
-    rig_file.tolerance = Stated::UncertainKeys(tolerance).tolerance();
+    rig_file.tolerance = Stated::UncertainKeys(tolerance).tolerance(&rig_file.rig);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let mut chain = Chain::standard(rig_file.io.position_range_m);
     chain.columns.push(Column::PSup);

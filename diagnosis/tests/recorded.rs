@@ -31,7 +31,7 @@ struct Recorded {
 impl Recorded {
     fn record(&self) -> (RigFile, Log) {
         let mut rig_file = self.rig.clone();
-        rig_file.tolerance = Stated::UncertainKeys(self.tolerance).tolerance();
+        rig_file.tolerance = Stated::UncertainKeys(self.tolerance).tolerance(&rig_file.rig);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let truth = true_rig(&rig_file.rig, self.tolerance, &mut rng);
         let mut chain = Chain::standard(rig_file.io.position_range_m);

@@ -53,7 +53,7 @@ fn draw(
     rng: &mut Xoshiro256PlusPlus,
 ) -> Case {
     let mut rig_file = rig_file.clone();
-    rig_file.tolerance = Stated::Everywhere(nominal).tolerance();
+    rig_file.tolerance = Stated::Everywhere(nominal).tolerance(&rig_file.rig);
     let truth = true_rig(&rig_file.rig, nominal, rng);
     let causes: Vec<Cause> = set.iter().map(|which| strength::draw(*which, &truth, scale, rng)).collect();
     let mut chain = Chain::standard(rig_file.io.position_range_m);

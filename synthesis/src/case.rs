@@ -76,15 +76,15 @@ pub enum Stated {
 }
 
 impl Stated {
-    /// The tolerance table.
+    /// The tolerance table of a rig.
     #[must_use]
-    pub fn tolerance(self) -> Tolerance {
+    pub fn tolerance(self, rig: &Rig<f64>) -> Tolerance {
         match self {
             Self::Everywhere(relative) => Tolerance::uniform(relative),
             Self::UncertainKeys(relative) => {
                 let mut tolerance = Tolerance::uniform(0.0);
-                for key in UNCERTAIN_KEYS {
-                    tolerance.set(key, relative);
+                for key in UNCERTAIN_KEYS.iter().filter_map(|path| key_of(rig, path)) {
+                    tolerance.set(key.path, relative);
                 }
                 tolerance
             }

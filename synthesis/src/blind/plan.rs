@@ -267,7 +267,7 @@ impl Plan {
         let mut rig_file = rigs.choose(&mut rng).cloned().unwrap_or_else(|| varied_rig(&mut rng));
         let relative = self.nominal.relative();
         let stated = if rng.random_bool(0.5) { Stated::Everywhere } else { Stated::UncertainKeys };
-        rig_file.tolerance = stated(relative).tolerance();
+        rig_file.tolerance = stated(relative).tolerance(&rig_file.rig);
         for hidden in &which {
             if let Which::Catalogue(effect) = hidden {
                 // Nothing is hidden that the file states.
