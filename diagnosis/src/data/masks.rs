@@ -10,27 +10,27 @@ use rig_files::{Io, RigFile};
 
 /// When a reading counts as clipped: it repeats the log's lowest or highest value so often in a row, although the noise
 /// is large enough to change it.
-struct Railed {
+struct Railed<'a> {
     /// Samples in a row.
     in_a_row: usize,
     /// Least standard deviation of the noise, in quantisation steps.
     moved_by: f64,
-    /// Where the rig file says that the sensor ends: one sample there is enough.
-    is_end: fn(&Io, f64) -> bool,
+    /// The rig file's word on where a pressure sensor ends: one sample there is enough.
+    stated: Option<&'a Io>,
 }
 
-impl Railed {
+impl<'a> Railed<'a> {
     /// Of a position whose samples usually come every `interval_s`.
     fn position(interval_s: f64) -> Self {
         let moved_by = constants::railed_position_noise();
-        Self { in_a_row: Self::samples(constants::railed_position_run(), interval_s), moved_by, is_end: |_, _| false }
+        Self { in_a_row: Self::samples(constants::railed_position_run(), interval_s), moved_by, stated: None }
     }
 
     /// Pressures peak for a moment only.
-    fn pressure(interval_s: f64) -> Self {
+    fn pressure(interval_s: f64, io: &'a Io) -> Self {
         let moved_by = constants::railed_pressure_noise();
         let in_a_row = Self::samples(constants::railed_pressure_run(), interval_s);
-        Self { in_a_row, moved_by, is_end: Io::is_pressure_end }
+        Self { in_a_row, moved_by, stated: Some(io) }
     }
 
     fn samples(seconds: f64, interval_s: f64) -> usize {
@@ -44,7 +44,7 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let interval_s = record.quality.interval_s;
     let reach = record.pressure_reach().samples(interval_s);
     for (signal, noise) in [(&record.p_a_pa, record.quality.pressure_a), (&record.p_b_pa, record.quality.pressure_b)] {
-        for railed in railed(signal, noise, &Railed::pressure(interval_s), &rig.io) {
+        for railed in railed(signal, noise, &Railed::pressure(interval_s, &rig.io)) {
             out[around(&railed, 2 * reach, record.t_s.len())].fill(true);
         }
     }
@@ -56,7 +56,7 @@ pub(crate) fn at_end(record: &Record, rig: &RigFile) -> Vec<bool> {
     let (low, high) = (low.max(lower.unwrap_or(-half)) + margin, high.min(upper.unwrap_or(half)) - margin);
     let lasting = (constants::settling_s() / record.quality.interval_s.max(1.0e-6)).ceil() as usize;
     // A position at its sensor's limit, and what smoothing and the observer make of it.
-    for railed in railed(&record.y_m, record.quality.position, &Railed::position(interval_s), &rig.io) {
+    for railed in railed(&record.y_m, record.quality.position, &Railed::position(interval_s)) {
         out[railed.start.saturating_sub(lasting / 4)..(railed.end + lasting).min(record.len())].fill(true);
     }
     let ends: Vec<usize> = (0..record.len()).filter(|&k| record.y_m[k] <= low || record.y_m[k] >= high).collect();
@@ -135,7 +135,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     let mut weight_a = weights(&record.p_a_smooth.value, a, c.volume_a0_m3, c.area_a_m2);
     let mut weight_b = weights(&record.p_b_smooth.value, b, c.volume_b0_m3, -c.area_b_m2);
     // Where the position is clipped, the volumes of the chambers are unknown.
-    for railed in railed(&record.y_m, quality.position, &Railed::position(record.quality.interval_s), &file.io) {
+    for railed in railed(&record.y_m, quality.position, &Railed::position(record.quality.interval_s)) {
         for weight in [&mut weight_a, &mut weight_b] {
             blank(weight, &railed, reach);
         }
@@ -143,7 +143,7 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
     for (weight, signal, noise) in
         [(&mut weight_a, &record.p_a_pa, quality.pressure_a), (&mut weight_b, &record.p_b_pa, quality.pressure_b)]
     {
-        for railed in railed(signal, noise, &Railed::pressure(record.quality.interval_s), &file.io) {
+        for railed in railed(signal, noise, &Railed::pressure(record.quality.interval_s, &file.io)) {
             blank(weight, &railed, reach);
         }
     }
@@ -151,22 +151,22 @@ pub(crate) fn weights_per_pa(record: &Record, file: &RigFile) -> [Vec<f64>; 2] {
 }
 
 /// Whether each position is clipped at its sensor's limit.
-pub(crate) fn clipped(record: &Record, io: &Io) -> Vec<bool> {
+pub(crate) fn clipped(record: &Record) -> Vec<bool> {
     let mut out = vec![false; record.len()];
-    for railed in railed(&record.y_m, record.quality.position, &Railed::position(record.quality.interval_s), io) {
+    for railed in railed(&record.y_m, record.quality.position, &Railed::position(record.quality.interval_s)) {
         out[railed].fill(true);
     }
     out
 }
 
 /// Runs of samples at which a signal is clipped at its sensor's limit.
-fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed, io: &Io) -> Vec<Range<usize>> {
+fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed<'_>) -> Vec<Range<usize>> {
     let (low, high) = signal.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
     // Repeats show a limit only where noise would change them.
     let noisy = noise.standard_deviation >= at_limit.moved_by * noise.resolution
         && noise.standard_deviation >= constants::least_noise() * (high - low);
     // A log that reads beyond the stated end is of another sensor.
-    let ends = (at_limit.is_end)(io, high);
+    let ends = at_limit.stated.is_some_and(|io| io.is_pressure_end(high));
     if low >= high || !(noisy || ends) {
         return Vec::new();
     }

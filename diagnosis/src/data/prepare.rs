@@ -51,7 +51,7 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record.step_s = record.quality.interval_s;
     estimate_noise(&mut record);
     // A clipped position shows no noise.
-    let clipped = masks::clipped(&record, &rig.io);
+    let clipped = masks::clipped(&record);
     if clipped.contains(&true) {
         let live = |s: &Stretch| -> Vec<Vec<f64>> {
             let runs = s.range().collect::<Vec<_>>();
