@@ -415,6 +415,9 @@ constants! {
         alternatives: usize = 5, "",
             "Candidates tried in the place of each cause.",
             "bounds the time";
+        rounds_alike: usize = 3, "",
+            "Most full fits in a row of an effect that the cause is confused with.",
+            "bounds the time; most converge in one";
         likelier: f64 = 4.0, "log-likelihood",
             "An exchange must gain this.",
             "odds of exp(4) = 55 to 1";
