@@ -96,6 +96,9 @@ const SAME_M: f64 = 5e-6;
 /// Reference: part of its acceleration limit beyond which it counts as braking. A tenth and a half do as well; without a bound the
 /// sign of an acceleration of nought, along the speed limit, would decide.
 const BRAKING: f64 = 0.25;
+/// Reference: distance from the piston up to which it may brake as planned, m: the error that the bandwidth is made for. Without a
+/// bound a sensor that reads garbage leads the piston 0.8 m astray, as nothing brings the reference back to it.
+const ERROR_M: f64 = 0.5e-3;
 /// Reference: it stands below this speed, m/s.
 const STANDING: f64 = 1e-3;
 /// Reference: distance from which it is put on its aim, beyond one tick's jerk, m.
@@ -128,6 +131,8 @@ pub struct Tuning {
     pub(super) stick: StickGains,
     /// Speed below which the reference stands.
     pub(super) standing: Velocity,
+    /// Distance of the reference from the piston up to which it may brake as planned.
+    pub(super) near: Position,
     /// Deceleration of the reference from which it counts as braking.
     pub(super) braking: Acceleration,
     /// Nominal lag.
@@ -329,6 +334,7 @@ impl Tuning {
             },
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
             standing: exactly(STANDING),
+            near: exactly(ERROR_M),
             braking: exactly(BRAKING * acceleration),
             lag: exactly(lag * hz),
             start: Learned::of(

@@ -216,9 +216,10 @@ impl Servo {
         let most = self.valve.most_angle();
         let asked = rate / slope;
         let theta = asked.clamp(-most, most);
-        // What the valve cannot give, the reference does not ask for. But one that already brakes would stop short and turn back.
+        // What the valve cannot give, the reference does not ask for. But one that brakes near by would stop short and turn back.
         let missing = (theta - asked) * slope / self.body.mass;
-        let braking = aim.v == 0.0 && r.a * r.v.signum() < -tuning.braking;
+        let near = (r.y - estimate.y).abs() < tuning.near_m;
+        let braking = near && aim.v == 0.0 && r.a * r.v.signum() < -tuning.braking;
         let brakes_harder = braking && r.v * missing < 0.0;
         let excess = if brakes_harder { 0.0 } else { missing };
         self.motion = r.after(jerk_r + excess, t);

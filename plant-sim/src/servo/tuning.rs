@@ -81,6 +81,8 @@ pub struct Tuning {
     pub hold_weights: [f64; 3],
     /// Deceleration of the reference from which it counts as braking, m/s2.
     pub braking: f64,
+    /// Distance of the reference from the piston up to which it may brake as planned, m.
+    pub near_m: f64,
     /// Hold: the same in the long mean of the error.
     pub slow_weight: f64,
 }
@@ -138,6 +140,7 @@ impl Tuning {
             stick_force_rate: law_w / 1.5,
             hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
             braking: 0.25 * acceleration,
+            near_m: 0.5e-3,
             slow_weight: tick_s / 64e-3,
         }
     }
