@@ -105,13 +105,15 @@ fn main() {
             }
             continue;
         }
-        println!("  move mm | settled mean / worst s | overshoot mm | rest error um | peak um | changes");
+        println!(
+            "  move mm | settled mean / worst s | overshoot mm | rest error um | peak um | changes, most / moves with any"
+        );
         for target in [1e-3, 0.045, longest] {
             let runs: Vec<Move> =
                 (first..first + seeds).into_par_iter().map(|seed| step(&mut on(false, seed), target, ticks)).collect();
             let worst = |of: fn(&Move) -> f64| runs.iter().map(of).fold(0.0, f64::max);
             println!(
-                "  {:7.0} | {:.3} / {:.3} | {:.3} | {:.0} | {:.1} | {:.0}",
+                "  {:7.0} | {:.3} / {:.3} | {:.3} | {:.0} | {:.1} | {:.0} / {}",
                 target * 1e3,
                 runs.iter().map(|run| run.settled_s).sum::<f64>() / seeds as f64,
                 worst(|run| run.settled_s),
@@ -119,6 +121,7 @@ fn main() {
                 worst(|run| run.rest_error_m) * 1e6,
                 worst(|run| run.rest_peak_m) * 1e6,
                 worst(|run| f64::from(run.changes)),
+                runs.iter().filter(|run| run.changes > 0).count(),
             );
         }
         let amplitude = if case == 'c' { 0.03 } else { 0.05 };
@@ -190,15 +193,27 @@ fn main() {
             let times: Vec<f64> = runs.iter().flat_map(|run| run.settled_s.iter().copied()).collect();
             let late = times.iter().filter(|time| time.is_infinite()).count();
             let whole = runs.iter().filter(|run| run.settled_s.iter().all(|time| time.is_finite())).count();
-            let silent = runs.iter().flat_map(|run| &run.changes).filter(|changes| **changes == 0).count();
+            // A leak moves the force for ever.
+            let tight = |seed: u64| {
+                plant_sim::servo::trials::draw(&rig, seed).1.get(plant_model::Effect::LeakChamberA).is_none()
+            };
+            let silent = |of: &dyn Fn(u64) -> bool| {
+                let changes: Vec<u32> = (first..)
+                    .zip(&runs)
+                    .filter(|(seed, _)| of(*seed))
+                    .flat_map(|(_, run)| run.changes.clone())
+                    .collect();
+                100.0 * changes.iter().filter(|changes| **changes == 0).count() as f64 / changes.len().max(1) as f64
+            };
             let within =
                 |limit: f64| 100.0 * times.iter().filter(|time| **time <= limit).count() as f64 / times.len() as f64;
             println!(
-                "  {moved} draws x 50 random moves: {late} of {} not settled within 2 s, {whole} draws without such; within 0.6 s {:.1} %, within 1 s {:.1} %; valve silent in the last second of {:.1} %",
+                "  {moved} draws x 50 random moves: {late} of {} not settled within 2 s, {whole} draws without such; within 0.6 s {:.1} %, within 1 s {:.1} %; valve silent in the last second of {:.1} %, without leaks of {:.1} %",
                 times.len(),
                 within(0.6),
                 within(1.0),
-                100.0 * silent as f64 / times.len() as f64,
+                silent(&|_| true),
+                silent(&tight),
             );
         }
         let streams = value("streams").unwrap_or(0.0) as u64;

@@ -1,6 +1,6 @@
 //! Hold: a silent valve once the piston rests on its target.
 
-use super::factor::Share;
+use super::factor::{Factor, Share};
 use super::{Acceleration, Caution, Jerk};
 use crate::quantities::{Position, Velocity};
 
@@ -13,12 +13,17 @@ pub(crate) struct HoldLimits {
     pub(crate) leave: Position,
     /// Leave when the target has moved by this much.
     pub(crate) target: Position,
-    /// Leave beyond this mean over eight times as many ticks, and at once beyond that error.
-    pub(crate) leave_slowly: Position,
+    /// Leave beyond the long mean: while the place is still on trial, and later. At once beyond
+    /// `leave_at_once`.
+    pub(crate) leave_slowly: [Position; 2],
     /// See `leave_slowly`.
     pub(crate) leave_at_once: Position,
+    /// Ticks after entering until the spool stands in the middle and the means have followed.
+    pub(crate) settle_ticks: u16,
     /// Ticks after entering within which the piston may still coast.
     pub(crate) coast_ticks: u16,
+    /// Ticks after entering within which the place is on trial.
+    pub(crate) trial_ticks: u16,
     /// Change of force that may have moved the piston.
     pub(crate) force: Acceleration,
     /// Enter below this mean speed.
@@ -31,6 +36,10 @@ pub(crate) struct HoldLimits {
     pub(crate) drift: Acceleration,
     /// Rate of force of a pulse.
     pub(crate) pulse: Jerk,
+    /// How fast the noise of the force is learned, per tick.
+    pub(crate) noise_follow: Share<Acceleration, Acceleration>,
+    /// From the mean size of an innovation of the force to a change of its mean that noise may feign.
+    pub(crate) doubt: Factor<Acceleration, Acceleration>,
     /// Whether a drift towards the middle is kept.
     pub(crate) inwards: bool,
 }
@@ -40,7 +49,7 @@ pub(crate) struct HoldLimits {
 pub(crate) struct Weights {
     /// Of the error.
     pub(crate) error: Share<Position, Position>,
-    /// Of the error while holding.
+    /// Of the error, in the long mean while holding.
     pub(crate) slow: Share<Position, Position>,
     /// Of the velocity.
     pub(crate) v: Share<Velocity, Velocity>,
@@ -69,6 +78,7 @@ pub struct Hold {
     force: Acceleration,
     load: Acceleration,
     slow: Position,
+    noise: Acceleration,
     pulse: i8,
     /// Means over the last few ticks.
     pub mean: Means,
@@ -94,10 +104,16 @@ impl Hold {
             self.ticks = self.ticks.saturating_add(1);
             // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
             self.slow = self.slow.saturating_add(weights.slow.of(now.error.saturating_sub(self.slow)));
-            let may_move = self.ticks < limits.coast_ticks
-                || mean.force.saturating_sub(self.force).saturating_abs() > limits.force;
+            if self.ticks <= limits.settle_ticks {
+                // The force still changes with the valve closing, and its mean lags behind.
+                (self.force, self.load) = (mean.force, disturbance);
+            }
+            let change = mean.force.saturating_sub(self.force).saturating_abs();
+            let may_move = self.ticks < limits.coast_ticks || change > self.beyond_noise(limits.force, limits);
+            let [on_trial, later] = limits.leave_slowly;
+            let slowly = if self.ticks < limits.trial_ticks { on_trial } else { later };
             let off = (may_move && error > caution.of(limits.leave))
-                || self.slow.saturating_abs() > caution.of(limits.leave_slowly)
+                || self.slow.saturating_abs() > caution.of(slowly)
                 || error > caution.of(limits.leave_at_once);
             if off || target.saturating_sub(self.target).saturating_abs() > limits.target {
                 self.on = false;
@@ -106,13 +122,28 @@ impl Hold {
         } else if resting && error < caution.of(limits.enter) && mean.v.saturating_abs() < caution.of(limits.speed) {
             self.ticks = self.ticks.saturating_add(1);
             if self.ticks >= limits.ticks {
-                (self.on, self.target, self.force, self.pulse) = (true, target, mean.force, 0);
-                (self.load, self.slow) = (disturbance, mean.error);
+                (self.on, self.target, self.pulse, self.slow) = (true, target, 0, mean.error);
+                (self.force, self.load) = (mean.force, disturbance);
             }
         } else {
             self.ticks = 0;
         }
         self.on
+    }
+
+    /// A change of the mean force that counts: the limit, or more where the noise of the force alone could pass it.
+    #[inline]
+    fn beyond_noise(&self, limit: Acceleration, limits: &HoldLimits) -> Acceleration {
+        limit.max(limits.doubt.of(self.noise))
+    }
+
+    /// Learns the noise of the force from what of it was not expected, while the valve is closed and the air at rest.
+    #[inline]
+    pub(crate) fn learn_noise(&mut self, innovation: Acceleration, limits: &HoldLimits) {
+        if self.on && self.ticks > limits.settle_ticks {
+            let size = innovation.saturating_abs();
+            self.noise = self.noise.saturating_add(limits.noise_follow.of(size.saturating_sub(self.noise)));
+        }
     }
 
     /// Rate of force that brings back what leaked away: zero, but for a pulse once the force has drifted away from the middle
@@ -125,7 +156,7 @@ impl Hold {
         }
         let drift = self.force.saturating_sub(self.mean.force);
         let outward = (drift > 0 && off_middle < 0) || (drift < 0 && off_middle > 0);
-        if outward && drift.saturating_abs() > limits.drift {
+        if outward && drift.saturating_abs() > self.beyond_noise(limits.drift, limits) {
             self.pulse = if drift > 0 { 1 } else { -1 };
         }
         if (self.pulse > 0 && drift <= 0) || (self.pulse < 0 && drift >= 0) {

@@ -78,12 +78,20 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);
     let slope = state.valve.slope(rate >= 0, air);
     let theta = angle_for(rate, slope, most);
-    // What the valve cannot give, the reference does not ask for.
+    // What the valve cannot give, the reference does not ask for. But one that brakes near by would stop short and turn back.
     let excess = if theta.saturating_abs() < most {
         Jerk::ZERO
     } else {
         let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
-        Jerk::from_bits(quotient(missing.to_bits(), mass.to_bits().unsigned_abs(), 28))
+        let against = |x: i32| if reference.v < 0 { x } else { x.saturating_neg() };
+        let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
+        let braking = near && followed.motion.v == 0 && against(reference.a.to_bits()) > tuning.braking.to_bits();
+        let brakes_harder = braking && against(missing.to_bits()) > 0;
+        if brakes_harder {
+            Jerk::ZERO
+        } else {
+            Jerk::from_bits(quotient(missing.to_bits(), mass.to_bits().unsigned_abs(), 28))
+        }
     };
     state.motion = reference.after(jerk_r.saturating_add(excess), tick);
     valve.command(&state.valve, theta)

@@ -219,6 +219,7 @@ impl Tuning {
             learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
             let load = chambers.rest_force().saturating_neg();
             learning::learn_body(&mut state.body, &mut state.estimate, load, &self.learning);
+            state.hold.learn_noise(force, &self.hold);
         } else {
             state.estimate.unseen_force(&self.observer);
         }

@@ -176,6 +176,9 @@ fn hold_begins_after_a_rest_is_left_by_a_new_target_and_lets_force_drift_only_in
         assert!(ticks < 100, "{hold:?}");
     }
     assert!(ticks >= 9, "after {ticks} ticks");
+    for _ in 0..limits.settle_ticks {
+        hold.decide(Position::ZERO, true, now, Acceleration::ZERO, (limits, caution));
+    }
     let far = Means { force: force + Acceleration::from_num(1), ..now };
     for _ in 0..200 {
         hold.decide(Position::ZERO, true, far, Acceleration::ZERO, (limits, caution));
@@ -187,6 +190,32 @@ fn hold_begins_after_a_rest_is_left_by_a_new_target_and_lets_force_drift_only_in
     }
     assert_eq!(hold.restoring_rate(limits), 0, "the force drifts towards it: {hold:?}");
     assert!(!hold.decide(metres(1e-3), true, now, Acceleration::ZERO, (limits, caution)));
+}
+
+#[test]
+fn a_held_valve_stays_silent_while_the_force_comes_to_rest_and_whatever_its_noise_feigns() {
+    let tuning = tuning();
+    let (limits, caution) = (&tuning.hold, Caution(1 << 24));
+    let mut hold = Hold::default();
+    let mut tick = |force: f64| {
+        let now = Means { error: metres(5e-6), v: Velocity::ZERO, force: Acceleration::from_num(force) };
+        hold.learn_noise(Acceleration::from_num(force - 1.0), limits);
+        let held = hold.decide(Position::ZERO, true, now, Acceleration::ZERO, (limits, caution));
+        if held { hold.restoring_rate(limits) } else { Jerk::ZERO }
+    };
+    // The valve is still closing when hold begins: the force goes on by more than it may drift.
+    let drift = value(limits.drift);
+    for tick_s in (0..400).map(|n| f64::from(n) * 1e-3) {
+        assert_eq!(tick(1.0 - 2.0 * drift * (-tick_s / 5e-3).exp()), 0, "after {tick_s} s");
+    }
+    // Means of such noise pass the drift some hundred times in this time; half a second is for learning it.
+    let mut random = 1_u32;
+    for n in 0..20_000 {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = 2.0 * f64::from(random) / f64::from(u32::MAX) - 1.0;
+        let rate = tick(1.0 + 3f64.sqrt() * 1.5 * drift * noise);
+        assert!(rate == 0 || n < 500, "after {n} ticks of noise");
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ pub struct Hold {
     force: f64,
     pulse: f64,
     load: f64,
+    noise: f64,
     slow: f64,
     /// Mean error, velocity and force over the last few ticks.
     pub mean: [f64; 3],
@@ -20,17 +21,23 @@ pub struct Hold {
 impl Hold {
     /// Decides whether to hold this tick. `resting` says that the reference has arrived.
     pub fn decide(&mut self, target: f64, resting: bool, now: [f64; 3], disturbance: f64, tuning: &Tuning) -> bool {
-        for (mean, now) in self.mean.iter_mut().zip(now) {
-            *mean += tuning.hold_weight * (now - *mean);
+        for ((mean, now), weight) in self.mean.iter_mut().zip(now).zip(tuning.hold_weights) {
+            *mean += weight * (now - *mean);
         }
         let [error, v, force] = self.mean;
         let [enter, leave] = tuning.hold_m;
         if self.on {
             self.ticks = self.ticks.saturating_add(1);
             // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
-            self.slow += tuning.hold_weight / 8.0 * (now[0] - self.slow);
-            let may_move = self.ticks < tuning.coast_ticks || (force - self.force).abs() > tuning.hold_force;
-            let off = may_move && error.abs() > leave || self.slow.abs() > 1.2 * leave || error.abs() > 2.0 * leave;
+            self.slow += tuning.slow_weight * (now[0] - self.slow);
+            if self.ticks <= tuning.settle_ticks {
+                // The force still changes with the valve closing, and its mean lags behind.
+                (self.force, self.load) = (force, disturbance);
+            }
+            let changed = (force - self.force).abs() > self.beyond_noise(tuning.hold_force, tuning);
+            let may_move = self.ticks < tuning.coast_ticks || changed;
+            let slowly = if self.ticks < tuning.trial_ticks { tuning.trial } else { 1.2 };
+            let off = may_move && error.abs() > leave || self.slow.abs() > slowly * leave || error.abs() > 2.0 * leave;
             if (target - self.target).abs() > 5e-6 || off {
                 self.on = false;
                 self.ticks = 0;
@@ -47,15 +54,28 @@ impl Hold {
         self.on
     }
 
-    /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse when the force has drifted by
-    /// `allowed` newton away from the middle of what friction holds. Drift towards the middle only holds the piston safer.
-    pub fn restoring_rate(&mut self, allowed: f64, inwards: bool) -> f64 {
-        if inwards && (self.mean[2] + self.load).abs() < (self.force + self.load).abs() {
+    /// A change of the mean force that counts, N: `limit`, or more where the noise of the force alone could pass it.
+    fn beyond_noise(&self, limit: f64, tuning: &Tuning) -> f64 {
+        limit.max(tuning.doubt * self.noise)
+    }
+
+    /// Learns the noise of the force from what of it was not expected, while the valve is closed and the air at rest.
+    pub fn learn_noise(&mut self, innovation: f64, tuning: &Tuning) {
+        if self.on && self.ticks > tuning.settle_ticks {
+            self.noise += tuning.tick_s * tuning.force_noise_rate * (1.25 * innovation.abs() - self.noise);
+        }
+    }
+
+    /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse once the force has drifted away from the
+    /// middle of what friction holds. Drift towards the middle only holds the piston safer.
+    pub fn restoring_rate(&mut self, tuning: &Tuning) -> f64 {
+        let allowed = 0.15 * tuning.coulomb;
+        if tuning.stick_slip && (self.mean[2] + self.load).abs() < (self.force + self.load).abs() {
             self.force = self.mean[2];
         }
         let drift = self.force - self.mean[2];
         let outward = drift * (self.mean[2] + self.load) < 0.0;
-        if drift.abs() > allowed && outward {
+        if drift.abs() > self.beyond_noise(allowed, tuning) && outward {
             self.pulse = drift.signum();
         }
         if drift * self.pulse <= 0.0 {

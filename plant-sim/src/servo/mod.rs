@@ -145,6 +145,7 @@ impl Servo {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
             learning::learn_body(&mut self.body, &mut self.estimate, -rest, &tuning);
+            self.hold.learn_noise(innovation.force, &tuning);
         } else {
             self.estimate.unseen_force(&tuning);
         }
@@ -179,10 +180,10 @@ impl Servo {
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
         let error = target - estimate.y;
         // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
-        let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weight / t } else { estimate.v };
+        let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weights[0] / t } else { estimate.v };
         if self.hold.decide(target, resting, [error, v, estimate.force], estimate.disturbance, &tuning) {
             self.stick = Stick::default();
-            let rate = self.hold.restoring_rate(0.15 * tuning.coulomb, tuning.stick_slip);
+            let rate = self.hold.restoring_rate(&tuning);
             if rate == 0.0 {
                 return self.valve.centre;
             }
@@ -215,8 +216,12 @@ impl Servo {
         let most = self.valve.most_angle();
         let asked = rate / slope;
         let theta = asked.clamp(-most, most);
-        // What the valve cannot give, the reference does not ask for.
-        let excess = (theta - asked) * slope / self.body.mass;
+        // What the valve cannot give, the reference does not ask for. But one that brakes near by would stop short and turn back.
+        let missing = (theta - asked) * slope / self.body.mass;
+        let near = (r.y - estimate.y).abs() < tuning.near_m;
+        let braking = near && aim.v == 0.0 && r.a * r.v.signum() < -tuning.braking;
+        let brakes_harder = braking && r.v * missing < 0.0;
+        let excess = if brakes_harder { 0.0 } else { missing };
         self.motion = r.after(jerk_r + excess, t);
         self.valve.command(theta, tuning.blend)
     }

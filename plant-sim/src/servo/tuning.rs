@@ -59,6 +59,16 @@ pub struct Tuning {
     pub hold_force: f64,
     /// Hold: ticks after entering within which the piston may still coast.
     pub coast_ticks: u32,
+    /// Hold: ticks after entering until the spool stands in the middle and the means have followed.
+    pub settle_ticks: u32,
+    /// Hold: ticks after entering within which the place is on trial.
+    pub trial_ticks: u32,
+    /// Hold: part of the error to leave at beyond which the long mean leaves a place on trial.
+    pub trial: f64,
+    /// Hold: change of the mean force that noise may feign, over the noise of one tick.
+    pub doubt: f64,
+    /// Hold: how fast the noise of the force is learned, 1/s.
+    pub force_noise_rate: f64,
     /// Stick: mean speed below which the piston sticks, m/s.
     pub stick_speed: f64,
     /// Stick: ticks before the force is led.
@@ -68,7 +78,13 @@ pub struct Tuning {
     /// Stick: how fast the force follows, 1/s.
     pub stick_force_rate: f64,
     /// Hold: weight of a new value in the means of error, speed and force.
-    pub hold_weight: f64,
+    pub hold_weights: [f64; 3],
+    /// Deceleration of the reference from which it counts as braking, m/s2.
+    pub braking: f64,
+    /// Distance of the reference from the piston up to which it may brake as planned, m.
+    pub near_m: f64,
+    /// Hold: the same in the long mean of the error.
+    pub slow_weight: f64,
 }
 
 impl Tuning {
@@ -78,6 +94,9 @@ impl Tuning {
         let (valve, friction) = (&rig.valve, &rig.friction);
         let Rule { speed, acceleration, jerk, law_w, observer_w, lead_s, bandwidths, .. } =
             Rule::of(rig, lag_s, tick_s);
+        let stick_slip = rig_files::tuning::stick_slip(rig);
+        // The velocity of a slipping piston is a difference of positions, and noisier.
+        let mean_s = if stick_slip { 8e-3 } else { 4e-3 };
         let delay_s = Pneumatics::of(rig).delay_s;
         let delay_ticks = (delay_s / tick_s).min(31.0) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
@@ -97,7 +116,7 @@ impl Tuning {
             // What is no whole tick the lag takes up.
             lag_s: lag_s + delay_s - delay_ticks as f64 * tick_s,
             lead_s,
-            stick_slip: rig_files::tuning::stick_slip(rig),
+            stick_slip,
             valve_lag_s: lag_s,
             delay_ticks,
             zone_v: [half_v; 2],
@@ -110,11 +129,19 @@ impl Tuning {
             hold_ticks: (10e-3 / tick_s) as u32,
             hold_force: 0.1 * friction.coulomb_n,
             coast_ticks: (0.2 / tick_s) as u32,
+            settle_ticks: (32e-3 / tick_s) as u32,
+            trial_ticks: (0.5 / tick_s) as u32,
+            trial: 0.9,
+            doubt: 5.0 * (tick_s / (1.0 / FORCE_RATE + 8e-3)).sqrt(),
+            force_noise_rate: 10.0,
             stick_speed: 1.6e-3,
             stick_ticks: (10e-3 / tick_s) as u32,
-            stick_gain: 3.0,
+            stick_gain: if stick_slip { 3.0 } else { 2.0 },
             stick_force_rate: law_w / 1.5,
-            hold_weight: tick_s / 8e-3,
+            hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
+            braking: 0.25 * acceleration,
+            near_m: 0.5e-3,
+            slow_weight: tick_s / 64e-3,
         }
     }
 
