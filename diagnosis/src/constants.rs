@@ -244,6 +244,9 @@ constants! {
         regulator: f64 = 0.03, "of the value",
             "Where the supply is measured, the regulator may be off its setting by this.",
             "0.2 bar of 7 bar: a scale on the regulator";
+        opening_curve: f64 = 0.05, "of the value",
+            "A table of the valve's opening is known no better than this along its command, on each side.",
+            "read off a catalogue's drawing, often of another size of the series; a side of 5 V off by 0.25 V";
         supply_sensor: f64 = 0.005, "of the value",
             "Standard deviation of the supply sensor's offset.",
             "0.3 % of 10 bar: a usual transmitter";
@@ -291,6 +294,9 @@ constants! {
         most_parts: f64 = 40.0, "",
             "An interval is divided into no more parts.",
             "numerical: bounds the cost";
+        sliding_window_s: f64 = 0.08, "s",
+            "The momentum of a sliding piston is judged over windows of this length.",
+            "50 um and 600 Pa of noise then make 0.1 N each at 4 kg; longer ones leave no room in short strokes";
         sliding: f64 = 3.0, "Stribeck velocities",
             "Faster than this the piston slides.",
             "the Stribeck term is exp(-9), 1e-4 of itself";
@@ -436,6 +442,12 @@ constants! {
         most_effort_supported: f64 = 150.0, "million samples",
             "What the extended rig should have besides is looked for with so much more.",
             "6 s of one core";
+        level_step: f64 = 1.04, "",
+            "The static friction of an extended rig is looked for in steps of this factor.",
+            "valleys between breakaways are a few percent wide: the grid of the effect's own file";
+        everyday: f64 = 0.2, "scales",
+            "Standard deviation of what a rig has of each everyday effect, for the extended rig's fit.",
+            "the geometric mean of a negligible change (0.04 scales) and a plainly visible one";
         most_supported: usize = 12, "",
             "Most effects of an extended rig.",
             "a rig with everything that data sheets leave out has about ten";

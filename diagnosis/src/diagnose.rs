@@ -72,6 +72,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             effort: &effort,
             terms: &library,
             dispersion: [1.0; 4],
+            mechanics: Default::default(),
             judged: OnceLock::new(),
         };
         if !reconsidered[0]

@@ -76,6 +76,8 @@ pub fn furnished(sheet: &RigFile, duration_s: f64, seed: u64) -> Case {
         .map(|[u, opening]| [null_v + u * if *opening > 0.0 { right } else { left }, *opening])
         .collect();
     truth.opening = OpeningTable::new(&points).unwrap_or(sheet.rig.opening);
+    // Where flow ends says the dead zone, for a table too.
+    [truth.valve.dead_zone_left_v, truth.valve.dead_zone_right_v] = truth.opening.closed_v();
 
     let stated = |effect: Effect| sheet.effects.get(effect).and_then(|values| values.first().copied()).unwrap_or(0.0);
     let sign = |rng: &mut Xoshiro256PlusPlus| if rng.random_bool(0.5) { 1.0 } else { -1.0 };

@@ -36,6 +36,16 @@ pub(crate) struct Innovations {
     pub(crate) log_widths: f64,
 }
 
+/// How mechanics are judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Mechanics {
+    /// By predictions of the position.
+    #[default]
+    Predicted,
+    /// By the momentum of a sliding piston.
+    Momentum,
+}
+
 /// Runs the wanted balances of a model, with some terms added, over some stretches of the log.
 pub(crate) fn innovations(
     record: &Record,
@@ -44,11 +54,16 @@ pub(crate) fn innovations(
     added: &Added,
     stretches: &[Stretch],
     wanted: Channels,
+    mechanics: Mechanics,
 ) -> Innovations {
     let force = || {
         let timing = piston::Timing::of(plant);
         let forces = signals.forces.of((timing, stretches.to_vec()), || piston::forces(record, &timing, stretches));
-        piston::innovations(record, plant, &forces, &added.force_n, stretches)
+        let judged = match mechanics {
+            Mechanics::Predicted => piston::innovations,
+            Mechanics::Momentum => piston::momentum,
+        };
+        judged(record, plant, &forces, &added.force_n, stretches)
     };
     let air = || of_air(record, signals, plant, added, stretches, wanted);
     // Side by side: a single fit evaluates one model after the other.

@@ -88,6 +88,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
         effort: &effort,
         terms: &[],
         dispersion: [1.0; 4],
+        mechanics: Default::default(),
         judged: OnceLock::new(),
     };
     Some(use_it(&problem, &record))

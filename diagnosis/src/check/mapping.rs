@@ -299,8 +299,15 @@ fn misfit(rig: &RigFile, log: &Log) -> Option<(f64, usize)> {
     let record = refined(prepare(log, rig), Between::Held);
     let judgeable = observers::judgeable(&record) & !Channel::Supply.bit();
     let stretches: Vec<Stretch> = record.stretches.clone();
-    let errors =
-        observers::innovations(&record, &Signals::default(), &plant, &Default::default(), &stretches, judgeable);
+    let errors = observers::innovations(
+        &record,
+        &Signals::default(),
+        &plant,
+        &Default::default(),
+        &stretches,
+        judgeable,
+        Default::default(),
+    );
     let (mut sum, mut count) = (0.0, 0);
     for channel in errors.channels {
         let judged: Vec<f64> = channel.into_iter().filter(|e| !e.is_nan() && *e != 0.0).collect();

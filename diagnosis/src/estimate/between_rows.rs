@@ -45,6 +45,7 @@ pub(crate) fn likelier(
             effort: &effort,
             terms: &[],
             dispersion: [1.0; 4],
+            mechanics: Default::default(),
             judged: OnceLock::new(),
         };
         let (subset, _) = problem.subset();

@@ -47,7 +47,7 @@ impl Problem<'_> {
             }
             let mut step = relative * parameter.scale;
             let mut moved = values.to_vec();
-            if values[index] + step > parameter.max {
+            if values[index] + step > parameter.max || hypothesis.open_side(values, index, step) < 0.0 {
                 step = -step;
             }
             moved[index] += step;

@@ -3,7 +3,7 @@
 use super::effort::Effort;
 use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
 use crate::balances::added::Added;
-use crate::balances::observers::{self, Innovations};
+use crate::balances::observers::{self, Innovations, Mechanics};
 use crate::balances::shared::Signals;
 use crate::balances::term_library::{self, Term};
 use crate::constants;
@@ -35,6 +35,8 @@ pub(crate) struct Problem<'a> {
     /// Long-run variance of each channel's innovations at the best fit so far, 1 for white noise. Divides the channel's
     /// cost.
     pub(crate) dispersion: [f64; 4],
+    /// How mechanics are judged.
+    pub(crate) mechanics: Mechanics,
     /// How many averaged innovations are judged in each channel; found when first asked for.
     pub(crate) judged: OnceLock<[usize; 4]>,
 }
@@ -92,7 +94,8 @@ impl<'a> Problem<'a> {
         let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
         self.effort.add(self.stretches.iter().map(|stretch| stretch.range().len()).sum(), wanted);
-        let innovations = observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted);
+        let innovations =
+            observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
         Some(average_neighbours(&innovations, self.record.averaged()))
     }
 
@@ -159,6 +162,7 @@ impl<'a> Problem<'a> {
             &Added::default(),
             &self.stretches,
             self.judgeable,
+            self.mechanics,
         );
         let whole = |e: &&[f64]| !e.iter().any(|e| e.is_nan());
         innovations.channels.map(|e| e.chunks_exact(self.record.averaged()).filter(whole).count())
@@ -175,7 +179,15 @@ impl<'a> Problem<'a> {
         let values = &fit.hypothesis.values;
         let plant = fit.hypothesis.plant(self.rig, values)?;
         let added = self.added(&fit.hypothesis, values);
-        Some(observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, self.judgeable))
+        Some(observers::innovations(
+            self.record,
+            self.signals,
+            &plant,
+            &added,
+            &self.stretches,
+            self.judgeable,
+            self.mechanics,
+        ))
     }
 
     /// Long-run variance of each channel's innovations at a fit.

@@ -210,6 +210,38 @@ impl Hypothesis {
         }
     }
 
+    /// Values that must be in order and are not become equal: a step has gone across the point where they meet.
+    pub(crate) fn meet_in_order(&self, values: &mut [f64]) {
+        for [larger, smaller] in self.ordered_places() {
+            if values[larger] < values[smaller] {
+                let mean = 0.5 * (values[larger] + values[smaller]);
+                (values[larger], values[smaller]) = (mean, mean);
+            }
+        }
+    }
+
+    /// The direction in which a parameter can move without passing one that it must stay above or below: 1, −1, or 0 where it
+    /// is free within `step`.
+    pub(crate) fn open_side(&self, values: &[f64], index: usize, step: f64) -> f64 {
+        for [larger, smaller] in self.ordered_places() {
+            if (index == larger || index == smaller) && values[larger] - values[smaller] < step.abs() {
+                return if index == larger { 1.0 } else { -1.0 };
+            }
+        }
+        0.0
+    }
+
+    /// The places of values of which the first must not be the smaller one.
+    fn ordered_places(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        self.effects.iter().filter_map(|effect| {
+            let place = |index: usize| self.parameters.iter().position(|p| p.slot == Slot::Effect(*effect, index));
+            match effect.identification().ordered?.map(place) {
+                [Some(larger), Some(smaller)] => Some([larger, smaller]),
+                _ => None,
+            }
+        })
+    }
+
     /// The same with all nominal values of strained channels back at nominal.
     pub(crate) fn relaxed(&self) -> Self {
         let strained = self.strained();
@@ -297,5 +329,26 @@ impl Hypothesis {
     pub(crate) fn plant(&self, base: &RigFile, values: &[f64]) -> Option<Plant<f64>> {
         let rig = self.rig(base, values);
         Plant::new(&rig.rig, &rig.effects).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::quality::Quality;
+    use crate::model::effects::effect_parameters;
+
+    #[test]
+    fn break_points_that_a_step_takes_past_each_other_meet_and_part_only_to_their_own_sides() {
+        let parameters = effect_parameters(&RigFile::paper_a(), Effect::ValveDeadZone, 0b0011, &Quality::default());
+        let h = Hypothesis { effects: vec![Effect::ValveDeadZone], parameters, values: vec![0.1, 0.1] };
+        let mut crossed = vec![0.1, 0.3];
+        h.meet_in_order(&mut crossed);
+        assert_eq!(crossed, [0.2, 0.2]);
+        let mut apart = vec![0.3, 0.1];
+        h.meet_in_order(&mut apart);
+        assert_eq!(apart, [0.3, 0.1]);
+        assert_eq!([0, 1].map(|index| h.open_side(&h.values, index, 0.01)), [1.0, -1.0]);
+        assert_eq!([0, 1].map(|index| h.open_side(&apart, index, 0.01)), [0.0, 0.0]);
     }
 }

@@ -88,6 +88,7 @@ fn by_default(default: f64, path: &str, supply_measured: bool) -> f64 {
         TEMPERATURE => constants::weather_temperature(),
         ATMOSPHERE => constants::weather_atmosphere(),
         SUPPLY => default.max(constants::gauge()),
+        _ if BESIDE_A_TABLE.iter().any(|(beside, _)| *beside == path) => default.max(constants::opening_curve()),
         _ => default,
     }
 }

@@ -2,7 +2,7 @@
 //! not. A name asks whether an effect is there; this asks which model predicts the rig best.
 
 use super::confirmation::{self, beyond_floor};
-use super::hold_out;
+use super::{everyday, hold_out};
 use crate::constants;
 use crate::data::channel::Channels;
 use crate::estimate::problem::{Fit, Problem};
@@ -63,6 +63,14 @@ pub(crate) fn supported(
     }
     let mut refused: Vec<Effect> = Vec::new();
     let most = problem.effort.millions() + constants::most_effort_supported();
+    let unnamed = found.best.hypothesis.effects.iter().filter(|effect| !named.contains(effect));
+    let proven = unnamed.fold(found.best.hypothesis.clone(), |rest, effect| rest.without(*effect, problem.nominal));
+    if let Some(all) = everyday::fitted(problem, proven)
+        && data_cost(&held, &all) < data_cost(&held, &current)
+        && whole_model(problem, &all, floor) < whole_model(problem, &current, floor)
+    {
+        current = all;
+    }
     let begun = current.hypothesis.effects.len();
     while current.hypothesis.effects.len() < constants::most_supported() && problem.effort.millions() < most {
         let Some(next) = one_more(problem, &held, &current, floor, &mut refused) else { break };

@@ -1,0 +1,99 @@
+//! What every rig has a little of: sensors that are somewhat off, seals that rub differently by direction and pressure, a null
+//! offset, an incline. Alone each is too small to be found, and together they leave every balance open, so that one effect at
+//! a time explains nothing. All of them at once, each with a prior, are an ordinary fit.
+
+use crate::balances::observers::Mechanics;
+use crate::constants;
+use crate::data::channel::Channel;
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::{Parameter, Slot};
+use crate::select::penalty::negligible;
+use crate::select::visibility::candidates;
+use plant_model::Effect;
+use rayon::prelude::*;
+use rig_files::rig_key;
+use std::sync::OnceLock;
+
+/// The fit of all everyday effects beside those that a hypothesis has.
+pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
+    let mut all = from.relaxed();
+    let stated = |effect: &Effect| {
+        let of = |p: &Parameter| matches!(p.slot, Slot::Stated(other, _) if other == *effect);
+        from.effects.contains(effect) || problem.nominal.iter().any(of)
+    };
+    for effect in candidates(problem).into_iter().filter(|effect| is_everyday(problem, *effect) && !stated(effect)) {
+        let mut parameters = problem.parameters(effect);
+        parameters.iter_mut().for_each(|p| p.tolerance = Some(constants::everyday() * p.scale));
+        let start: Vec<f64> = parameters.iter().map(|p| p.neutral).collect();
+        all = all.extended_by(effect, parameters, &start);
+    }
+    // Mechanics first as an equation error, which has one minimum; then as predictions.
+    let sliding = Problem {
+        mechanics: Mechanics::Momentum,
+        stretches: problem.stretches.clone(),
+        judged: OnceLock::new(),
+        ..*problem
+    };
+    let begun = sliding.refit(all, problem.judgeable, constants::iterations())?;
+    let levelled = best_breakaway(problem, begun.hypothesis);
+    let fit = problem.refit(levelled, problem.judgeable, constants::iterations())?;
+    let fit = problem.refit(best_breakaway(problem, fit.hypothesis), problem.judgeable, constants::iterations())?;
+    let mut fit = match problem.coordinate_search(&fit, Channel::Position.bit()) {
+        Some(better) => problem.refit(better, Channel::Position.bit(), constants::support_iterations())?,
+        None => fit,
+    };
+    for effect in fit.hypothesis.effects.clone() {
+        if negligible(&fit, effect) {
+            fit.hypothesis = fit.hypothesis.without(effect, problem.nominal);
+        }
+    }
+    // A prior was for the fit: an effect of the extended rig has none.
+    for p in &mut fit.hypothesis.parameters {
+        if matches!(p.slot, Slot::Effect(..)) {
+            p.tolerance = None;
+        }
+    }
+    problem.evaluate_as_is(fit.hypothesis)
+}
+
+/// Effects that vanish smoothly at their neutral values, act everywhere, and are no other word for a nominal value that is
+/// corrected anyway.
+fn is_everyday(problem: &Problem<'_>, effect: Effect) -> bool {
+    let i = effect.identification();
+    let corrected =
+        |path: &str| problem.nominal.iter().any(|p| matches!(p.slot, Slot::Nominal(key) if key.path == path));
+    let corrected_of_a_side = |path: &&str| {
+        corrected(path) || rig_key(path).is_some_and(|key| key.sides.iter().any(|side| corrected(side.key().path)))
+    };
+    i.smooth_at_neutral
+        && !i.acts_locally
+        && !i.replaces_a_law
+        && i.shape_only.is_empty()
+        && !i.stands_for.keys().iter().any(corrected_of_a_side)
+}
+
+/// The same with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one
+/// valley to another.
+fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
+    let of = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == "friction.static_n");
+    let Some(place) = hypothesis.parameters.iter().position(of) else { return hypothesis };
+    let p = hypothesis.parameters[place];
+    let levels: Vec<f64> =
+        std::iter::successors(Some(p.min.max(1.0e-3)), |level| Some(level * constants::level_step()))
+            .take_while(|level| *level <= p.max)
+            .collect();
+    let cost = |level: &f64| {
+        let mut values = hypothesis.values.clone();
+        values[place] = *level;
+        let residuals = problem.evaluate(&hypothesis, &values, Channel::Position.bit())?;
+        Some((problem.total(&residuals, &hypothesis, &values), *level))
+    };
+    let all: Vec<(f64, f64)> = levels.par_iter().chain([&hypothesis.values[place]]).filter_map(cost).collect();
+    let best = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let mut out = hypothesis;
+    if let Some((_, level)) = best {
+        out.values[place] = level;
+    }
+    out
+}
