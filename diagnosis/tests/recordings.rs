@@ -81,7 +81,7 @@ fn small_but_plain_deviations_are_found() {
 }
 
 /// A rig with all that data sheets leave out, described by its data sheets: what is named must be there. Of the gap at 0.2 s,
-/// over all rigs, at least 55 % must be closed; the goal is 80 % of each, see `docs/diagnosis.md` for what was measured.
+/// over all rigs, at least 80 % must be closed; `docs/diagnosis.md` has what was measured.
 #[test]
 fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
     if !runs_long("a rig with everything") {
@@ -108,7 +108,7 @@ fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
         println!("seed {seed}: {:?}, {:.0} % of {:.2} mm closed", found.verdict, 100.0 * gain / gap, 1.0e3 * before);
         sums = [sums[0] + gain, sums[1] + gap];
     }
-    assert!(sums[0] > 0.55 * sums[1], "{:.2} of {:.5} m closed", sums[0] / sums[1], sums[1]);
+    assert!(sums[0] > 0.8 * sums[1], "{:.2} of {:.5} m closed", sums[0] / sums[1], sums[1]);
 }
 
 /// A log without a hidden effect, with its rig.

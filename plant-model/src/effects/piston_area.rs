@@ -9,6 +9,11 @@ use crate::real::Real;
 use crate::rig::Rig;
 use core::fmt;
 
+/// What separates a wrong area from forces that do not go with the pressures.
+const AT_TWO_SUPPLIES: Option<&str> = Some(
+    "Record the same moves at two supply pressures: the force of a wrong area grows with them, other forces do not.",
+);
+
 pub(super) struct PistonArea;
 
 impl Definition for PistonArea {
@@ -43,13 +48,18 @@ impl Definition for PistonArea {
     const IDENTIFICATION: &'static Identification = &Identification {
         needs: Needs::BothPressures,
         length_exponents: [-1, -1, 0],
-        confused_with: &[Confusion {
-            with: Effect::PositionScale,
-            kind: Likeness::Near,
-            experiment: Some(
-                "Measure a stroke with a ruler: a wrong area leaves the position right, a wrong sensor gain does not.",
-            ),
-        }],
+        confused_with: &[
+            Confusion {
+                with: Effect::PositionScale,
+                kind: Likeness::Near,
+                experiment: Some(
+                    "Measure a stroke with a ruler: a wrong area leaves the position right, a wrong sensor gain does not.",
+                ),
+            },
+            // At pressures that change little, a wrong area is a force that changes little.
+            Confusion { with: Effect::ConstantForce, kind: Likeness::Near, experiment: AT_TWO_SUPPLIES },
+            Confusion { with: Effect::FrictionAsymmetry, kind: Likeness::Near, experiment: AT_TWO_SUPPLIES },
+        ],
         ..Identification::on(
             Balances::MASS.and(Balances::FORCE),
             &[
