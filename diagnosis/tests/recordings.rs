@@ -20,7 +20,7 @@ fn answer(diagnosis: &Diagnosis) -> Answer {
 }
 
 /// Diagnoses cases of a class: at most one name in twenty may be wrong, so none in the few of a plain `cargo test`, and at most
-/// one case in ten, or one at all, may stay without its right answer.
+/// one case in ten, or one of several, may stay without its right answer.
 fn stands(class: Class) {
     // Of slight deviations some do not show in some experiments. Of slow loops 17 of 20 were answered: mechanics show less.
     let silent_of_ten = match class {
@@ -37,7 +37,9 @@ fn stands(class: Class) {
         );
     }
     let (mut wrong, mut silent) = (Vec::new(), Vec::new());
-    for nominal in Nominal::ALL {
+    // A plain `cargo test` takes the harder kind.
+    let kinds = of(2, 1);
+    for nominal in Nominal::ALL.into_iter().rev().take(kinds) {
         for plan in plans(class, nominal, count, SEED) {
             let case = plan.draw();
             let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
@@ -51,8 +53,9 @@ fn stands(class: Class) {
             }
         }
     }
-    assert!(wrong.len() * 20 <= 2 * count, "{wrong:#?}");
-    assert!(silent.len() <= (2 * count * silent_of_ten / 10).max(1), "{silent:#?}");
+    let cases = kinds * count;
+    assert!(wrong.len() * 20 <= cases, "{wrong:#?}");
+    assert!(silent.len() <= (cases * silent_of_ten / 10).max(usize::from(cases > 1)), "{silent:#?}");
 }
 
 #[test]
@@ -281,7 +284,7 @@ fn gauge_pressures_are_told_by_the_supply_and_a_regulator_set_lower_is_no_contra
 
 #[test]
 fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
-    for class in Class::ALL {
+    for class in Class::ALL.into_iter().take(of(Class::ALL.len(), 5)) {
         for plan in plans(class, Nominal::TwoPercent, of(8, 1), SEED) {
             let case = plan.draw();
             let Ok(found) = check(&case.rig_file, &case.record().0) else { continue };
