@@ -19,6 +19,29 @@ fn answer(diagnosis: &Diagnosis) -> Answer {
     Answer { causes: named.collect(), ..Answer::silent(diagnosis.verdict) }
 }
 
+/// What was said of cases that went wrong, and of those without their right answer.
+#[derive(Default)]
+struct Judged {
+    wrong: Vec<String>,
+    silent: Vec<String>,
+}
+
+impl Judged {
+    /// Records and diagnoses a case.
+    fn take(&mut self, plan: &Plan, case: Case) {
+        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        let outcome = score(&case.causes, &answer(&found)).outcome;
+        let hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
+        let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+        let told = format!("{}, {plan}: hidden {hidden:?}, named {named:?}, {:?}", case.rig_file.name, found.verdict);
+        if outcome.is_wrong() {
+            self.wrong.push(told);
+        } else if !matches!(outcome, Outcome::Exact | Outcome::Tied | Outcome::Quiet) {
+            self.silent.push(told);
+        }
+    }
+}
+
 /// Diagnoses cases of a class: at most one name in twenty may be wrong, so none in the few of a plain `cargo test`, and at most
 /// one case in ten, or one of several, may stay without its right answer.
 fn stands(class: Class) {
@@ -36,23 +59,15 @@ fn stands(class: Class) {
             "it takes minutes: .ci/run does it, and POSITIONER_TESTS=all",
         );
     }
-    let (mut wrong, mut silent) = (Vec::new(), Vec::new());
+    let mut judged = Judged::default();
     // A plain `cargo test` takes the harder kind.
     let kinds = of(2, 1);
     for nominal in Nominal::ALL.into_iter().rev().take(kinds) {
         for plan in plans(class, nominal, count, SEED) {
-            let case = plan.draw();
-            let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
-            let outcome = score(&case.causes, &answer(&found)).outcome;
-            let hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
-            let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
-            if outcome.is_wrong() {
-                wrong.push(format!("{plan}: hidden {hidden:?}, named {named:?}, {:?}", found.verdict));
-            } else if !matches!(outcome, Outcome::Exact | Outcome::Tied | Outcome::Quiet) {
-                silent.push(format!("{plan}: hidden {hidden:?}, {:?}", found.verdict));
-            }
+            judged.take(&plan, plan.draw());
         }
     }
+    let Judged { wrong, silent } = judged;
     let cases = kinds * count;
     assert!(wrong.len() * 20 <= cases, "{wrong:#?}");
     assert!(silent.len() <= (cases * silent_of_ten / 10).max(usize::from(cases > 1)), "{silent:#?}");
@@ -90,26 +105,18 @@ fn rigs_as_bought_are_diagnosed_like_those_of_the_paper() {
     if !runs_long("rigs as bought") {
         return;
     }
-    let (mut wrong, mut silent, mut count) = (Vec::new(), Vec::new(), 0);
+    let (mut judged, mut count) = (Judged::default(), 0);
     for name in ["festo-dsbc-32-200", "smc-cp96-50-300-lifting"] {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../rigs/{name}.toml"));
         let rigs = [RigFile::read(&file).expect("a shipped rig")];
         for (class, logs) in [(Class::Null, 2), (Class::Single, 5)] {
             for plan in plans(class, Nominal::TwoPercent, logs, SEED) {
-                let case = plan.draw_on(&rigs);
-                let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
-                let outcome = score(&case.causes, &answer(&found)).outcome;
-                let hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
-                let told = format!("{name} {plan}: hidden {hidden:?}, {:?}", answer(&found));
+                judged.take(&plan, plan.draw_on(&rigs));
                 count += 1;
-                if outcome.is_wrong() {
-                    wrong.push(told);
-                } else if !matches!(outcome, Outcome::Exact | Outcome::Tied | Outcome::Quiet) {
-                    silent.push(told);
-                }
             }
         }
     }
+    let Judged { wrong, silent } = judged;
     assert!(wrong.len() * 10 <= count, "{wrong:#?}");
     assert!(silent.len() * 10 <= count, "{silent:#?}");
 }

@@ -204,7 +204,7 @@ fn a_line_that_breaks_at_any_frame_of_a_change_leaves_the_old_parameters() {
     }
     // Some answers are lost: asked for again, nothing is done twice or left out.
     let mut lossy = client(|count, frame| {
-        if count % 48 == 5 {
+        if count % 16 == 5 {
             frame.clear();
         }
     });

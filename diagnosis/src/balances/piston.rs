@@ -39,11 +39,7 @@ pub(crate) fn innovations(
         let first = places;
         places += stretch.range().len();
         let driving = |stretch: &Stretch, k: usize| {
-            let added = if added_n.is_empty() {
-                0.0
-            } else {
-                timing.moment(record, stretch, k).map_or_else(|| added_n[k], |moment| moment.of(added_n))
-            };
+            let added = added_at(record, &timing, added_n, stretch, k);
             driving(plant, forces, first + k - stretch.start, [record.motion.value[k], record.motion.slope[k]], added)
         };
         let settled = record.t_s[stretch.start] + constants::settling_s();
@@ -137,11 +133,7 @@ pub(crate) fn momentum(
             if record.at_end[k] || shown[1].abs() < slides {
                 return f64::NAN;
             }
-            let added = if added_n.is_empty() {
-                0.0
-            } else {
-                timing.moment(record, stretch, k).map_or_else(|| added_n[k], |moment| moment.of(added_n))
-            };
+            let added = added_at(record, &timing, added_n, stretch, k);
             let drive = driving(plant, forces, first + k - stretch.start, shown, added);
             let v = plant.true_position_m(shown[1]) - zero;
             let (p_a_pa, p_b_pa) = (drive.p_a_pa, drive.p_b_pa);
@@ -186,6 +178,14 @@ pub(crate) fn momentum(
         }
     }
     out
+}
+
+/// The added force at a sample, N; 0 where none is added.
+fn added_at(record: &Record, timing: &Timing, added_n: &[f64], stretch: &Stretch, k: usize) -> f64 {
+    if added_n.is_empty() {
+        return 0.0;
+    }
+    timing.moment(record, stretch, k).map_or_else(|| added_n[k], |moment| moment.of(added_n))
 }
 
 /// What drives the piston at one instant.

@@ -45,17 +45,17 @@ fn fit_alike(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &mut [F
         let changed = fit.hypothesis.effects.last().map_or(0, |effect| effects::channels(*effect));
         for _ in 0..constants::rounds_alike() {
             let goal = best.cost(problem);
-            let found = problem.fit_and_search(fit.hypothesis.clone(), changed, constants::iterations(), goal)?;
+            let again = fit.hypothesis.clone();
+            let Some(found) = problem.fit_and_search(again, changed, constants::iterations(), goal) else { break };
             let converged = found.cost(problem) > fit.cost(problem) - constants::likelier();
             *fit = found;
             if converged {
                 break;
             }
         }
-        Some(())
     };
-    let finished = instead.par_iter_mut().filter(|fit| alike(fit)).filter_map(|fit| finish(fit).map(|()| fit.clone()));
-    finished.collect::<Vec<Fit>>().iter().for_each(|fit| memory.note(fit));
+    instead.par_iter_mut().filter(|fit| alike(fit)).for_each(finish);
+    instead.iter().filter(|fit| alike(fit)).for_each(|fit| memory.note(fit));
 }
 
 /// The fit with a cause replaced by its image, see [`super::image`]; `None` if it has none.

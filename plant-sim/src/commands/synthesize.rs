@@ -128,7 +128,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let truth = true_rig(&rig_file.rig, arguments.nominal_error, &mut rng);
 
-    let stated = |id: &str| rig_file.effects.iter().any(|(effect, _)| effect.id() == id);
+    let stated = |id: &str| states(&rig_file, id);
     let mut causes: Vec<Cause> = Vec::new();
     for text in &arguments.effects {
         let draw = |which| strength::draw(which, &truth, arguments.strength, &mut rng);
@@ -176,10 +176,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
+/// Whether a rig file states an effect.
+fn states(rig_file: &RigFile, id: &str) -> bool {
+    rig_file.effects.iter().any(|(effect, _)| effect.id() == id)
+}
+
 /// An effect that would be there twice.
 fn twice(id: &str, arguments: &Arguments, rig_file: &RigFile) -> String {
     let rig = arguments.rig.rig.display();
-    if rig_file.effects.iter().any(|(effect, _)| effect.id() == id) {
+    if states(rig_file, id) {
         format!(
             "--effect {id}: {rig} states it already, under [effects.{id}], and the log has it with these values. For other \
              values synthesize from a copy of {rig} without [effects.{id}]"
