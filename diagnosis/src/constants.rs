@@ -434,7 +434,7 @@ constants! {
             "No more causes are composed.",
             "one more than is ever named";
         most_effort: f64 = 400.0, "million samples",
-            "Once the balances have run over so many samples, no more causes are exchanged.",
+            "Once the balances have run over so many samples, no more causes are added or exchanged.",
             "16 s of one core, so 10 s on two; of twenty logs answered rightly one needs more";
         most_effort_open: f64 = 150.0, "million samples",
             "The same while a balance is wide open, and no search begins anew from other first causes.",

@@ -22,7 +22,6 @@ use crate::select::search::{self, Found};
 use crate::validate::{closure, foreign_terms, hold_out, support, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
-use std::sync::OnceLock;
 
 /// Diagnoses the gap between a rig file and a log. `progress` is called with the name of each stage.
 ///
@@ -61,20 +60,8 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     loop {
         let library = term_library::library(&record, &plant, judgeable);
         let signals = Signals::default();
-        let fitted = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
-        let mut problem = Problem {
-            rig,
-            record: &record,
-            stretches: fitted,
-            judgeable,
-            nominal: &corrected,
-            signals: &signals,
-            effort: &effort,
-            terms: &library,
-            dispersion: [1.0; 4],
-            mechanics: Default::default(),
-            judged: OnceLock::new(),
-        };
+        let problem = Problem::new((rig, &record), judgeable, &corrected, (&signals, &effort));
+        let mut problem = Problem { terms: &library, ..problem };
         if !reconsidered[0]
             && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
         {

@@ -19,7 +19,6 @@ use plant_model::effects::MAX_PARAMETERS;
 use rayon::prelude::*;
 use rig_files::{Log, RigFile};
 use serde::Serialize;
-use std::sync::OnceLock;
 
 /// How well a parameter would be known.
 #[derive(Clone, Debug, Serialize)]
@@ -78,19 +77,8 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
     }
     let nominal = nominal::nominal_parameters(rig, judgeable, record.available.supply);
     let (signals, effort) = (Signals::default(), Effort::default());
-    let problem = Problem {
-        rig,
-        record: &record,
-        stretches: record.stretches.clone(),
-        judgeable,
-        nominal: &nominal,
-        signals: &signals,
-        effort: &effort,
-        terms: &[],
-        dispersion: [1.0; 4],
-        mechanics: Default::default(),
-        judged: OnceLock::new(),
-    };
+    // A forecast takes all of the log.
+    let problem = Problem::new((rig, &record), judgeable, &nominal, (&signals, &effort)).on(record.stretches.clone());
     Some(use_it(&problem, &record))
 }
 

@@ -13,7 +13,6 @@ use crate::model::parameter::Parameter;
 use plant_model::{Effect, Plant};
 use rayon::prelude::*;
 use rig_files::RigFile;
-use std::sync::OnceLock;
 
 /// How often the controller acts from one row to the next: once in a while, many times, or all the time.
 const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
@@ -34,20 +33,7 @@ pub(crate) fn likelier(
     let air = judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit());
     let cost = |record: &Record, hypothesis: &Hypothesis| -> Option<(f64, f64)> {
         let (signals, effort) = (Signals::default(), Effort::default());
-        let stretches = record.stretches.iter().copied().filter(|s| !s.held_back).collect();
-        let problem = Problem {
-            rig,
-            record,
-            stretches,
-            judgeable: air,
-            nominal,
-            signals: &signals,
-            effort: &effort,
-            terms: &[],
-            dispersion: [1.0; 4],
-            mechanics: Default::default(),
-            judged: OnceLock::new(),
-        };
+        let problem = Problem::new((rig, record), air, nominal, (&signals, &effort));
         let (subset, _) = problem.subset();
         let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
         let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;

@@ -72,10 +72,46 @@ impl Fit {
 }
 
 impl<'a> Problem<'a> {
+    /// The part of a record that fits use, with white noise in every channel and no terms outside the catalogue.
+    pub(crate) fn new(
+        (rig, record): (&'a RigFile, &'a Record),
+        judgeable: Channels,
+        nominal: &'a [Parameter],
+        (signals, effort): (&'a Signals, &'a Effort),
+    ) -> Self {
+        Self {
+            rig,
+            record,
+            stretches: record.stretches.iter().copied().filter(|s| !s.held_back).collect(),
+            judgeable,
+            nominal,
+            signals,
+            effort,
+            terms: &[],
+            dispersion: [1.0; 4],
+            mechanics: Mechanics::default(),
+            judged: OnceLock::new(),
+        }
+    }
+
+    /// The same problem on other parts of the record.
+    pub(crate) fn on(&self, stretches: Vec<Stretch>) -> Self {
+        Self { stretches, judged: OnceLock::new(), ..*self }
+    }
+
+    /// The same problem with mechanics judged another way.
+    pub(crate) fn judging(&self, mechanics: Mechanics) -> Self {
+        Self { mechanics, ..self.on(self.stretches.clone()) }
+    }
+
+    /// The same problem as if noise were white in every channel.
+    pub(crate) fn undispersed(&self) -> Self {
+        Self { dispersion: [1.0; 4], ..self.on(self.stretches.clone()) }
+    }
+
     /// The same problem on the part of the log held back.
-    pub(crate) fn held_back(&self) -> Problem<'a> {
-        let stretches = self.record.stretches.iter().copied().filter(|s| s.held_back).collect();
-        Problem { stretches, judged: OnceLock::new(), ..*self }
+    pub(crate) fn held_back(&self) -> Self {
+        self.on(self.record.stretches.iter().copied().filter(|s| s.held_back).collect())
     }
 
     /// The parameters of an effect on this rig.
@@ -141,7 +177,7 @@ impl<'a> Problem<'a> {
             stretches.clone_from(&self.stretches);
         }
         let ratio = all / count(&stretches).max(1.0);
-        (Self { stretches, judged: OnceLock::new(), ..*self }, ratio)
+        (self.on(stretches), ratio)
     }
 
     /// Expected cost of white noise in some channels, by the square loss.

@@ -1,6 +1,7 @@
-//! Which causes: score test, forward selection, backward elimination, exchange, ties.
+//! Which causes: score test, forward selection, backward elimination, exchange, ties; and what every rig has a little of.
 
 pub(crate) mod backward;
+pub(crate) mod everyday;
 pub(crate) mod exchange;
 pub(crate) mod forward;
 pub(crate) mod image;

@@ -1,7 +1,7 @@
 //! The order of the selection: forward selection, backward elimination, exchange, simplification, ties.
 
 use super::backward::{Pruned, prune, prune_earlier};
-use super::exchange::{exchange, exchange_images, nearest_to_stated};
+use super::exchange::{exchange, exchange_images, exhausted, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
 use super::penalty::{penalised_cost, shortfall, wide_open};
 use super::simplify::{drop_needless_parts, drop_uncertain};
@@ -39,6 +39,10 @@ fn forward_selection(
 ) -> Fit {
     let mut current = start;
     while current.hypothesis.effects.len() < most {
+        // The first is always looked for: a log without any is to be judged all the same.
+        if !current.hypothesis.effects.is_empty() && exhausted(problem, &current) {
+            break;
+        }
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
         // A candidate must reach the required gain: one that acts on many channels may matter in none.
         let enough = |next: &Fit| {

@@ -23,18 +23,22 @@ pub(crate) struct Extended {
 /// Adds the terms that the balances in `where_` lack.
 pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Extended {
     let mut out = Extended { fit: from.clone(), terms: Vec::new() };
+    // Scores and first steps on a part of the data, as for the candidates of the catalogue.
+    let (subset, ratio) = problem.subset();
     while out.terms.len() < constants::most_terms() {
         let open: Vec<usize> = (0..problem.terms.len())
             .filter(|index| !out.terms.contains(index) && problem.terms[*index].channels & where_ != 0)
             .collect();
         let candidates: Vec<Hypothesis> =
             open.iter().map(|index| out.fit.hypothesis.with_term(*index, problem.terms[*index].channels)).collect();
-        let Some(slopes) = problem.jacobian(&out.fit) else { break };
-        let scores = problem.scores(&out.fit, &slopes, &candidates);
+        let Some(slopes) = subset.jacobian(&out.fit) else { break };
+        let scores = subset.scores(&out.fit, &slopes, &candidates);
         let highest = (0..open.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
-        let Some(k) = highest.filter(|k| scores[*k] > 0.5 * constants::term_gain()) else { break };
+        let Some(k) = highest.filter(|k| ratio * scores[*k] > 0.5 * constants::term_gain()) else { break };
         let channels = problem.terms[open[k]].channels;
-        let fitted = problem.fit_and_search(candidates[k].clone(), channels, constants::iterations(), f64::INFINITY);
+        let begun = subset.first_steps(candidates[k].clone(), channels, constants::first_iterations(), &slopes);
+        let Some(begun) = begun else { break };
+        let fitted = problem.fit_and_search(begun.hypothesis, channels, constants::iterations(), f64::INFINITY);
         let Some(fit) = fitted else { break };
         let gained = out.fit.cost(problem) - fit.cost(problem);
         if gained < constants::term_gain() {

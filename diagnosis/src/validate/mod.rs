@@ -2,7 +2,6 @@
 
 pub(crate) mod closure;
 pub(crate) mod confirmation;
-pub(crate) mod everyday;
 pub(crate) mod foreign_terms;
 pub(crate) mod hold_out;
 pub(crate) mod support;

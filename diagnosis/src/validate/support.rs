@@ -2,18 +2,18 @@
 //! not. A name asks whether an effect is there; this asks which model predicts the rig best.
 
 use super::confirmation::{self, beyond_floor};
-use super::{everyday, hold_out};
+use super::hold_out;
 use crate::constants;
 use crate::data::channel::Channels;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::outcome::PerChannel;
+use crate::select::everyday;
 use crate::select::forward::{Scoring, ranked_candidates};
 use crate::select::penalty::negligible;
 use crate::select::search::Found;
 use plant_model::Effect;
 use rayon::prelude::*;
-use std::sync::OnceLock;
 
 /// What some data cost with a fit, see [`confirmation::data_cost`]; infinite where it predicts nothing.
 fn data_cost(on: &Problem<'_>, fit: &Fit) -> f64 {
@@ -39,8 +39,7 @@ pub(crate) fn supported(
     floor: Option<&PerChannel>,
     grows: bool,
 ) -> Fit {
-    let (stretches, dispersion) = (problem.stretches.clone(), [1.0; 4]);
-    let problem = &Problem { dispersion, stretches, judged: OnceLock::new(), ..*problem };
+    let problem = &problem.undispersed();
     let held = problem.held_back();
     let mut current = found.best.clone();
     if named.is_empty() && !held.stretches.is_empty() && data_cost(&held, &found.forward) < data_cost(&held, &current) {

@@ -55,8 +55,11 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let held = explains_excess(problem, found, balances) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
     let confirmed = few && most && held;
+    // While a balance is open, a cause for which no alternatives were tried is no more than a guess.
+    let guess = |effect: &Effect| open != 0 && found.unrivalled.contains(effect);
+    let closed = |effect: &Effect| effects::channels(*effect) & open == 0 && !guess(effect);
     // Only where a name is in reach, or whether there is a gap is still to be told: the search for such terms takes its time.
-    let in_reach = confirmed && found.best.hypothesis.effects.iter().any(|e| effects::channels(*e) & open == 0);
+    let in_reach = confirmed && found.best.hypothesis.effects.iter().any(closed);
     let told = open != 0 || !few || trifles || !most;
     let superseded = if in_reach || !told { superseded(problem, found) } else { Vec::new() };
     let mut causes = Vec::new();
@@ -66,8 +69,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
         let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
         let confirmed = confirmed && singly.get(place).is_none_or(|confirmed| *confirmed);
-        let closed = effects::channels(*effect) & open == 0;
-        if closed && confirmed && stands && !trifle && !superseded.contains(effect) {
+        if closed(effect) && confirmed && stands && !trifle && !superseded.contains(effect) {
             causes.push(cause);
         } else {
             leads.push(cause);

@@ -2,18 +2,17 @@
 //! offset, an incline. Alone each is too small to be found, and together they leave every balance open, so that one effect at
 //! a time explains nothing. All of them at once, each with a prior, are an ordinary fit.
 
+use super::penalty::negligible;
+use super::visibility::candidates;
 use crate::balances::observers::Mechanics;
 use crate::constants;
 use crate::data::channel::Channel;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
-use crate::select::penalty::negligible;
-use crate::select::visibility::candidates;
 use plant_model::Effect;
 use rayon::prelude::*;
 use rig_files::rig_key;
-use std::sync::OnceLock;
 
 /// The fit of all everyday effects beside those that a hypothesis has.
 pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
@@ -29,13 +28,7 @@ pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
         all = all.extended_by(effect, parameters, &start);
     }
     // Mechanics first as an equation error, which has one minimum; then as predictions.
-    let sliding = Problem {
-        mechanics: Mechanics::Momentum,
-        stretches: problem.stretches.clone(),
-        judged: OnceLock::new(),
-        ..*problem
-    };
-    let begun = sliding.refit(all, problem.judgeable, constants::iterations())?;
+    let begun = problem.judging(Mechanics::Momentum).refit(all, problem.judgeable, constants::iterations())?;
     let levelled = best_breakaway(problem, begun.hypothesis);
     let fit = problem.refit(levelled, problem.judgeable, constants::iterations())?;
     let fit = problem.refit(best_breakaway(problem, fit.hypothesis), problem.judgeable, constants::iterations())?;
