@@ -4,7 +4,7 @@ use crate::balances::observers::Innovations;
 use crate::constants;
 use crate::data::channel::Channel;
 use crate::estimate::likelihood::{COST_OF_NOISE, misfit};
-use crate::estimate::problem::Problem;
+use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::Balance;
 use crate::select::search::Found;
 
@@ -33,6 +33,11 @@ pub(crate) fn judged(problem: &Problem<'_>) -> impl Iterator<Item = Channel> {
     Channel::ALL.into_iter().filter(move |channel| judgeable & channel.bit() != 0)
 }
 
+/// What a fit costs in a channel over what white noise would cost, of the samples that were judged, however many are masked.
+pub(crate) fn misfit_of(problem: &Problem<'_>, fit: &Fit, channel: Channel) -> f64 {
+    fit.channel_cost[channel as usize] / (COST_OF_NOISE * (2.0 * problem.noise_cost(channel.bit())).max(1.0))
+}
+
 /// Misfit of each balance without and with the causes, and whether it is closed.
 pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
     let dispersion = problem.dispersion_at(&found.best);
@@ -40,14 +45,11 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
     judged(problem)
         .map(|channel| {
             let index = channel as usize;
-            // Of the samples that were judged, however many of the channel are masked.
-            let white = COST_OF_NOISE * (2.0 * problem.noise_cost(channel.bit())).max(1.0);
-            let extended_misfit = found.best.channel_cost[index] / white;
             let misfit = misfit(&innovations[1].channels[index], averaged);
             Balance {
                 channel,
-                nominal_misfit: found.null.channel_cost[index] / white,
-                extended_misfit,
+                nominal_misfit: misfit_of(problem, &found.null, channel),
+                extended_misfit: misfit_of(problem, &found.best, channel),
                 remaining_dispersion: dispersion[index],
                 closed: misfit < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
                     || like_noise(misfit, dispersion[index]),

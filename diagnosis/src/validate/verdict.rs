@@ -1,11 +1,11 @@
 //! Which causes are named and which are leads, and the verdict.
 
-use super::closure::{closed_cost, like_noise};
+use super::closure::{closed_cost, judged, like_noise, misfit_of};
 use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
 use crate::constants;
 use crate::data::channel::Channels;
-use crate::estimate::problem::Problem;
+use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::outcome::{Balance, Cause};
 use crate::select::search::Found;
@@ -52,8 +52,13 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let few = all.iter().filter(|c| c.share >= constants::trifle()).count() <= constants::most_named();
     let trifles = all.len() > constants::most_named();
     let most = explains_most(found, balances);
-    let held = explains_excess(problem, found, balances) && confirmed_together(problem, found);
+    let held = explains_excess(problem, &found.null, &found.best, touched(found)) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
+    // Beside a large cause one that only suppresses noise would pass together with it.
+    let counts = |place: usize, effect: &Effect| {
+        let without = found.without.get(place).and_then(Option::as_ref);
+        without.is_none_or(|without| explains_excess(problem, without, &found.best, effects::channels(*effect)))
+    };
     let confirmed = few && most && held;
     // While a balance is open, a cause for which no alternatives were tried is no more than a guess.
     let guess = |effect: &Effect| open != 0 && found.unrivalled.contains(effect);
@@ -68,7 +73,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
         let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
         let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
-        let confirmed = confirmed && singly.get(place).is_none_or(|confirmed| *confirmed);
+        let confirmed = confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, effect);
         if closed(effect) && confirmed && stands && !trifle && !superseded.contains(effect) {
             causes.push(cause);
         } else {
@@ -128,19 +133,16 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     left == 0.0 || gained > left
 }
 
-/// Whether misfit beyond noise, and strain of nominal values, became less. A model that suppresses noise, such as a very large
-/// volume or mass, lowers the cost below that of white noise: that is no gain.
-fn explains_excess(problem: &Problem<'_>, found: &Found, balances: &[Balance]) -> bool {
-    let touched = touched(found);
-    let relieved = found.null.prior_cost - found.best.prior_cost;
-    let acted_on = balances.iter().filter(|b| touched & b.channel.bit() != 0);
-    let gain = |b: &Balance, of: fn(f64) -> f64| {
-        (of(b.nominal_misfit) - of(b.extended_misfit)) * problem.noise_cost(b.channel.bit())
-    };
+/// Whether misfit beyond noise, and strain of nominal values, is less with some causes than without them. A model that suppresses
+/// noise, such as a very large volume or mass, lowers the cost below that of white noise: that is no gain.
+fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Channels) -> bool {
+    let relieved = without.prior_cost - with.prior_cost;
     let (mut beyond_noise, mut all) = (relieved, relieved);
-    for balance in acted_on {
-        beyond_noise += gain(balance, |misfit| misfit.max(1.0));
-        all += gain(balance, |misfit| misfit);
+    for channel in judged(problem).filter(|channel| touched & channel.bit() != 0) {
+        let noise = problem.noise_cost(channel.bit());
+        let [before, after] = [without, with].map(|fit| misfit_of(problem, fit, channel));
+        beyond_noise += (before.max(1.0) - after.max(1.0)) * noise;
+        all += (before - after) * noise;
     }
     touched == 0 || beyond_noise >= constants::least_excess() * all.max(0.0)
 }

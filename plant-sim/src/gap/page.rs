@@ -2,7 +2,7 @@
 
 use super::apply::Applied;
 use super::picture::{Scene, balance_name};
-use super::units::{quantity, significant, with_error};
+use super::units::{estimate, quantity, significant, with_error};
 use super::words::{Errors, errors, headline, how_far, title};
 use crate::charts::{BAR, MM, scaled};
 use diagnosis::{Cause, Channel, Diagnosis, Standing};
@@ -69,7 +69,7 @@ fn describe(page: &mut Page, cause: &Cause) {
     page.text(cause.evidence.clone());
     let mut table = Table::new(["value found", "with its standard error"]);
     for p in &cause.parameters {
-        table.row([format!("`{}`", p.name), with_error(&p.name, p.value, p.std_error)]);
+        table.row([format!("`{}`", p.name), estimate(&cause.id, p)]);
     }
     page.table(table);
     if !cause.ties.is_empty() {
@@ -298,8 +298,7 @@ fn extension(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("What the extended rig has");
     let mut table = Table::new(["effect", "stands as", "value", "misfit taken away"]);
     for effect in &diagnosis.extension {
-        let values =
-            effect.parameters.iter().map(|p| format!("{} {}", p.name, with_error(&p.name, p.value, p.std_error)));
+        let values = effect.parameters.iter().map(|p| format!("{} {}", p.name, estimate(&effect.id, p)));
         table.row([
             title(&effect.id),
             effect.standing.words().to_string(),

@@ -1,5 +1,8 @@
 //! SI values in the units a technician reads.
 
+use diagnosis::Estimate;
+use plant_model::Effect;
+
 /// Factor and unit for a key that ends in its SI unit; the key itself where nothing reads better.
 fn scale(name: &str) -> (f64, &'static str) {
     // Longest endings first: `_kg_per_s_pa` also ends in `_pa`.
@@ -52,6 +55,18 @@ pub fn with_error(name: &str, value: f64, std_error: f64) -> String {
     join(format!("{:.decimals$} ± {error:.decimals$}", value * factor), unit)
 }
 
+/// A parameter of an effect as the log tells it. A standard error wider than all that the parameter may be says that the log
+/// does not determine it: a dead zone beyond any command that was given, for instance.
+#[must_use]
+pub fn estimate(effect: &str, found: &Estimate) -> String {
+    let parameters = Effect::from_id(effect).map(|effect| effect.info().parameters).unwrap_or_default();
+    let within = parameters.iter().find(|p| p.name == found.name).map_or(f64::INFINITY, |p| p.max - p.min);
+    if found.std_error > within {
+        return "not determined by this log".to_string();
+    }
+    with_error(&found.name, found.value, found.std_error)
+}
+
 /// A number with so many significant digits, without an exponent where it can be avoided.
 #[must_use]
 pub(crate) fn significant(value: f64, digits: i32) -> String {
@@ -81,5 +96,13 @@ mod tests {
         assert_eq!(with_error("offset_pa", 2.0e4, 1.23e2), "0.2000 ± 0.0012 bar");
         assert_eq!(with_error("mass_kg", 12.3456, f64::NAN), "12.35 kg");
         assert_eq!(quantity("offset_pa", f64::NAN), "– bar");
+    }
+
+    #[test]
+    fn what_a_log_does_not_determine_is_not_told_as_a_value() {
+        let found = |std_error| Estimate { name: "right_v".into(), value: 0.2, std_error };
+        assert_eq!(estimate("valve-dead-zone", &found(0.011)), "0.200 ± 0.011 V");
+        assert_eq!(estimate("valve-dead-zone", &found(328.0)), "not determined by this log");
+        assert_eq!(estimate("valve-dead-zone", &found(f64::NAN)), "0.2000 V");
     }
 }

@@ -1,6 +1,6 @@
 //! The verdict in sentences, for the terminal and the top of the report.
 
-use super::units::{quantity, with_error};
+use super::units::{estimate, quantity, with_error};
 use diagnosis::{Calibration, Diagnosis, Gain, HoldOut, PerChannel, Standing};
 use plant_model::Effect;
 use report_html::Tone;
@@ -117,7 +117,7 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         let _ = writeln!(text, "\n{}. {} ({})", place + 1, title(&cause.id), cause.id);
         let _ = writeln!(text, "   {}", cause.evidence);
         for p in &cause.parameters {
-            let _ = writeln!(text, "   {} = {}", p.name, with_error(&p.name, p.value, p.std_error));
+            let _ = writeln!(text, "   {} = {}", p.name, estimate(&cause.id, p));
         }
         if !cause.ties.is_empty() {
             let _ = writeln!(text, "   This log cannot tell it from: {}.", list(&cause.ties));
