@@ -1,11 +1,10 @@
 //! Logs that say little get a plain answer: what is missing, or that nothing shows.
 
-use diagnosis::{DiagnosisError, diagnose};
+use diagnosis::{Cause, DiagnosisError, diagnose};
 use plant_model::Effect;
 use rig_files::{Log, RigFile, Verdict};
-use synthesis::Cause;
-use synthesis::blind::{Class, Nominal, plans};
-use test_stages::of;
+use synthesis::blind::{Class, Nominal, plans, plans_hiding};
+use test_stages::{of, runs_long};
 
 /// Five seconds at 1 kHz of a piston that rests, closed in at the slow-motion pressure.
 fn resting() -> Log {
@@ -78,6 +77,25 @@ fn poor_experiments_without_a_gap_name_nothing() {
     assert_eq!(count, wanted);
 }
 
+/// Nor beside a cause that is really there, however large that is.
+#[test]
+fn a_dead_zone_in_a_poor_experiment_gets_no_companion() {
+    if !runs_long("a dead zone in poor experiments") {
+        return;
+    }
+    let id = Effect::ValveDeadZone.id();
+    let mut found = 0;
+    for plan in plans_hiding(id, Class::Poor, Nominal::TwoPercent, 3, 20_261_124) {
+        let case = plan.draw();
+        // Where nothing moves at all there is nothing to judge.
+        let Ok(diagnosis) = diagnose(&case.rig_file, &case.record().0, &|_| {}) else { continue };
+        let hidden = |cause: &Cause| cause.id == id || cause.ties.iter().any(|tie| tie == id);
+        assert!(diagnosis.causes.iter().all(hidden), "{plan}: {:?}", diagnosis.causes);
+        found += diagnosis.causes.len();
+    }
+    assert!(found > 0, "none of 3 found");
+}
+
 /// "At most" on a data sheet is no value: the rig file states half of it, give or take half of that.
 #[test]
 fn a_valve_better_than_its_data_sheet_is_no_finding() {
@@ -86,7 +104,7 @@ fn a_valve_better_than_its_data_sheet_is_no_finding() {
         let mut case = plan.draw();
         case.rig_file.effects.set(Effect::ValveHysteresis, &[0.01]);
         case.rig_file.tolerance.set_effect(Effect::ValveHysteresis, 0, 0.5);
-        case.causes = vec![Cause::Catalogue(Effect::ValveHysteresis, [half_width_v, 0.0, 0.0])];
+        case.causes = vec![synthesis::Cause::Catalogue(Effect::ValveHysteresis, [half_width_v, 0.0, 0.0])];
         let diagnosis = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
         assert_eq!(diagnosis.verdict, Verdict::NoGap, "{plan}, {half_width_v} V: {:?}", diagnosis.causes);
     }

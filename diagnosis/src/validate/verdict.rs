@@ -133,18 +133,25 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
     left == 0.0 || gained > left
 }
 
-/// Whether misfit beyond noise, and strain of nominal values, is less with some causes than without them. A model that suppresses
-/// noise, such as a very large volume or mass, lowers the cost below that of white noise: that is no gain.
+/// Whether misfit beyond noise, and strain of nominal values, is less with some causes than without them.
 fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Channels) -> bool {
-    let relieved = without.prior_cost - with.prior_cost;
-    let (mut beyond_noise, mut all) = (relieved, relieved);
-    for channel in judged(problem).filter(|channel| touched & channel.bit() != 0) {
-        let noise = problem.noise_cost(channel.bit());
+    let balances = judged(problem).filter(|channel| touched & channel.bit() != 0).map(|channel| {
         let [before, after] = [without, with].map(|fit| misfit_of(problem, fit, channel));
+        (before, after, problem.noise_cost(channel.bit()))
+    });
+    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances)
+}
+
+/// Whether enough of what is gained lies beyond noise: in strain of nominal values (`relieved`), and in balances of some misfit
+/// before and after, given with the cost of their noise. A model that suppresses noise, such as a very large volume or mass,
+/// lowers the misfit below that of white noise: that is no gain.
+fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = (f64, f64, f64)>) -> bool {
+    let (mut beyond_noise, mut all) = (relieved, relieved);
+    for (before, after, noise) in balances {
         beyond_noise += (before.max(1.0) - after.max(1.0)) * noise;
         all += (before - after) * noise;
     }
-    touched == 0 || beyond_noise >= constants::least_excess() * all.max(0.0)
+    beyond_noise >= constants::least_excess() * all.max(0.0)
 }
 
 #[cfg(test)]
@@ -155,6 +162,24 @@ mod tests {
         let cause =
             Cause { id: "payload-mass".into(), parameters: vec![], ties: vec![], evidence: String::new(), share: 1.0 };
         Judgement { causes: if named { vec![cause] } else { vec![] }, leads: vec![], open: 0, gap, quiet }
+    }
+
+    #[test]
+    fn what_only_suppresses_noise_is_no_gain() {
+        for (relieved, balances, expected) in [
+            // Nothing touched, nothing gained: nothing to object to.
+            (0.0, vec![], true),
+            (0.0, vec![(3.0, 1.0, 100.0)], true),
+            (0.0, vec![(0.95, 0.88, 100.0)], false),
+            (0.0, vec![(1.1, 0.9, 100.0)], true),
+            (0.0, vec![(1.01, 0.9, 100.0)], false),
+            // Nominal values that are no longer strained count in full.
+            (10.0, vec![(0.95, 0.88, 100.0)], true),
+            // A balance that gets worse beyond noise beside one that only gets quieter.
+            (0.0, vec![(1.0, 1.2, 100.0), (0.9, 0.5, 100.0)], false),
+        ] {
+            assert_eq!(mostly_beyond_noise(relieved, balances.iter().copied()), expected, "{relieved} {balances:?}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::CliError;
 use indicatif::{ProgressBar, ProgressStyle};
+use plant_sim::gap::to_json;
 use rand::RngExt;
 use rig_files::{Log, RigFile, write_file};
 use std::path::{Path, PathBuf};
@@ -251,7 +252,7 @@ fn judge(arguments: &Arguments, rig: &RigFile, log: &Log) -> Result<Answer, Stri
         Some(program) => ask(program, folder)?,
         None => {
             let result = diagnosis::diagnose(rig, log, &|_| {}).map_err(|error| error.to_string())?;
-            serde_json::to_string_pretty(&result).map_err(|error| error.to_string())?
+            to_json(&result).map_err(|error| error.to_string())?
         }
     };
     if arguments.keep.is_some() {

@@ -58,7 +58,7 @@ pub fn with_error(name: &str, value: f64, std_error: f64) -> String {
 /// A parameter of an effect as the log tells it. A standard error wider than all that the parameter may be says that the log
 /// does not determine it: a dead zone beyond any command that was given, for instance.
 #[must_use]
-pub fn estimate(effect: &str, found: &Estimate) -> String {
+pub(crate) fn estimate(effect: &str, found: &Estimate) -> String {
     let parameters = Effect::from_id(effect).map(|effect| effect.info().parameters).unwrap_or_default();
     let within = parameters.iter().find(|p| p.name == found.name).map_or(f64::INFINITY, |p| p.max - p.min);
     if found.std_error > within {

@@ -16,8 +16,8 @@ struct Diagnosis {
     verdict: String,
     causes: Vec<Cause>,
     calibration: Vec<Calibration>,
-    #[serde(default)]
-    gain: Gain,
+    /// Absent or null where the log allowed no prediction.
+    gain: Option<Gain>,
 }
 
 #[derive(Deserialize)]
@@ -62,7 +62,8 @@ impl Answer {
             .into_iter()
             .map(|entry| (entry.name, if entry.nominal == 0.0 { 1.0 } else { entry.value / entry.nominal }))
             .collect();
-        let errors = |kind: &str, channel: &str| *diagnosis.gain.holdout.get(kind)?.get(channel)?;
+        let gain = diagnosis.gain.unwrap_or_default();
+        let errors = |kind: &str, channel: &str| *gain.holdout.get(kind)?.get(channel)?;
         let channels = ["y_m", "p_a_pa", "p_b_pa"].into_iter().filter_map(|channel| {
             // A channel that was not measured is null or absent.
             Some(Holdout {
@@ -110,6 +111,14 @@ mod tests {
         assert_eq!(answer.causes[0].parameters[0].std_error, 1e-12);
         assert_eq!(answer.holdout.len(), 2);
         assert!((answer.calibration[0].1 - 7.02 / 6.95).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_gain_that_was_not_measured_is_no_failure() {
+        let (before, rest) = EXAMPLE.split_once("\"gain\"").expect("a gain");
+        let (_, after) = rest.split_once("\"horizon_s\": 0.2}").expect("its end");
+        let answer = Answer::from_json(&format!("{before}\"gain\": null{after}")).expect("a diagnosis");
+        assert!(answer.holdout.is_empty() && answer.causes.len() == 1);
     }
 
     #[test]
