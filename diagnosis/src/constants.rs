@@ -229,9 +229,9 @@ constants! {
         strained: f64 = 2.5, "tolerances",
             "A nominal value farther off is strained.",
             "once in eighty values by chance";
-        weather_temperature: f64 = 0.012, "of the value",
+        weather_temperature: f64 = 0.017, "of the value",
             "Temperature is known no better, unless the rig file calls all values exact.",
-            "3.5 K of 293 K: a workshop from morning to noon";
+            "5 K of 293 K: by two of them a workshop is colder in winter and warmer in summer";
         weather_atmosphere: f64 = 0.01, "of the value",
             "The same for atmospheric pressure.",
             "10 hPa: the standard deviation of weather at one place";

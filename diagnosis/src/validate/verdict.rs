@@ -139,16 +139,18 @@ fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Ch
         let [before, after] = [without, with].map(|fit| misfit_of(problem, fit, channel));
         (before, after, problem.noise_cost(channel.bit()))
     });
-    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances)
+    // Between distant rows the balances err by themselves, so that what is like noise tells nothing.
+    let noise = if problem.record.is_interpolated() { constants::like_noise() } else { 1.0 };
+    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances, noise)
 }
 
 /// Whether enough of what is gained lies beyond noise: in strain of nominal values (`relieved`), and in balances of some misfit
-/// before and after, given with the cost of their noise. A model that suppresses noise, such as a very large volume or mass,
+/// before and after, given with the cost of their noise; a misfit up to `like` is noise. A model that suppresses noise, such as a very large volume or mass,
 /// lowers the misfit below that of white noise: that is no gain.
-fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = (f64, f64, f64)>) -> bool {
+fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = (f64, f64, f64)>, like: f64) -> bool {
     let (mut beyond_noise, mut all) = (relieved, relieved);
     for (before, after, noise) in balances {
-        beyond_noise += (before.max(1.0) - after.max(1.0)) * noise;
+        beyond_noise += (before.max(like) - after.max(like)) * noise;
         all += (before - after) * noise;
     }
     beyond_noise >= constants::least_excess() * all.max(0.0)
@@ -178,7 +180,11 @@ mod tests {
             // A balance that gets worse beyond noise beside one that only gets quieter.
             (0.0, vec![(1.0, 1.2, 100.0), (0.9, 0.5, 100.0)], false),
         ] {
-            assert_eq!(mostly_beyond_noise(relieved, balances.iter().copied()), expected, "{relieved} {balances:?}");
+            assert_eq!(
+                mostly_beyond_noise(relieved, balances.iter().copied(), 1.0),
+                expected,
+                "{relieved} {balances:?}"
+            );
         }
     }
 
