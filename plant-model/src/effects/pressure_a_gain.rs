@@ -1,6 +1,8 @@
 use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
 use super::effect::Effect;
-use super::identification::{Against, Balance, Balances, Confusion, Identification, Likeness, Picture};
+use super::identification::{
+    Against, Balance, Balances, Confusion, Identification, Image, ImageContext, Imaged, Likeness, Picture,
+};
 use super::terms::{Side, Term};
 use crate::coefficients::Coefficients;
 use crate::measurement::Measurement;
@@ -31,6 +33,11 @@ impl<R: Real> Default for Terms<R> {
     fn default() -> Self {
         Self { gain: R::ONE }
     }
+}
+
+/// The same ratio of both sensors' gains by the other one.
+fn in_the_other(context: &ImageContext<'_>) -> Option<Imaged> {
+    Some(Imaged::at(context.image_neutral * context.neutral / (context.neutral + context.away)))
 }
 
 pub(super) struct PressureAGain;
@@ -69,6 +76,13 @@ impl Definition for PressureAGain {
                 experiment: Some(
                     "Read the sensor against a gauge at supply: a wrong area leaves the pressure right, a wrong gain does not.",
                 ),
+            },
+            Confusion {
+                with: Effect::PressureBGain,
+                // Mechanics see the ratio of both sensors; the scale of all pressures is that of mass, friction, supply and
+                // flow, each of which may be a few percent off.
+                kind: Likeness::Image(Image { beside: None, forward: in_the_other, backward: in_the_other }),
+                experiment: Some("Connect both ports at supply pressure and read both sensors against one gauge."),
             },
         ],
         ..Identification::on(
