@@ -15,7 +15,7 @@ fn trace(rig_file: &RigFile, cause: Cause, seed: u64) -> f64 {
         truth: rig_file.rig,
         law: Law::for_rig(&rig_file.rig, 1.0),
         chain: Chain::ideal(),
-        experiment: Family::Identification.draw(&rig_file.rig, 16.0, &mut rng),
+        experiment: Family::Identification.draw(&rig_file.rig, 8.0, &mut rng),
         rig_file: rig_file.clone(),
         causes: vec![cause],
         seed,
