@@ -105,7 +105,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The same problem as if noise were white in every channel.
-    pub(crate) fn undispersed(&self) -> Self {
+    pub(crate) fn with_white_noise(&self) -> Self {
         Self { dispersion: [1.0; 4], ..self.on(self.stretches.clone()) }
     }
 

@@ -39,7 +39,7 @@ fn forward_selection(
 ) -> Fit {
     let mut current = start;
     while current.hypothesis.effects.len() < most {
-        // The first is always looked for: a log without any is to be judged all the same.
+        // A first cause is looked for in any case: the verdict needs to know whether one explains the gap.
         if !current.hypothesis.effects.is_empty() && exhausted(problem, &current) {
             break;
         }

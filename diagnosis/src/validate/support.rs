@@ -39,7 +39,7 @@ pub(crate) fn supported(
     floor: Option<&PerChannel>,
     grows: bool,
 ) -> Fit {
-    let problem = &problem.undispersed();
+    let problem = &problem.with_white_noise();
     let held = problem.held_back();
     let mut current = found.best.clone();
     if named.is_empty() && !held.stretches.is_empty() && data_cost(&held, &found.forward) < data_cost(&held, &current) {
