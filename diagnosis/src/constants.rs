@@ -437,7 +437,7 @@ constants! {
             "Once the balances have run over so many samples, no more causes are added or exchanged.",
             "16 s of one core, so 10 s on two; of twenty logs answered rightly one needs more";
         most_effort_open: f64 = 150.0, "million samples",
-            "The same while a balance is wide open, and no search begins anew from other first causes.",
+            "While a balance is wide open no more are exchanged from here on, and no search begins anew from other first causes.",
             "6 s of one core: by then hardly any search came to a name";
         most_effort_supported: f64 = 150.0, "million samples",
             "What the extended rig should have besides is looked for with so much more.",

@@ -19,7 +19,7 @@ What could be switched off, alone and together with others, without another answ
 diagnoses (`diagnosis/tests/recorded`) is gone, and its constants with it. What is left and reads \"same\" twice is of three kinds:
 numerical tolerances, which have to be so small that half or double changes nothing; limits that end a search and bound its time;
 guards against recordings that neither set holds. Both sets were measured after the last
-change of the optimiser and before these: a search ends earlier while a balance is wide open, each cause must explain misfit beyond
+change of the optimiser and before these: no cause is added once the effort is spent, a trifle must explain misfit beyond
 noise by itself, the gains of both pressure sensors are compared with each other, and temperature is known to 1.7 % instead of 1.2 %.
 As they are, both sets get the same answers before and after. One log of the tidy set, in which hardly anything moves, stands near a
 second name, a lag of the pressure sensors or a scale of the position beside a dead zone. Of thirteen changes that led to one, measured

@@ -99,8 +99,8 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
     }
 }
 
-/// Whether so much is spent that no more causes are added or exchanged: less where names are out of reach.
-pub(crate) fn exhausted(problem: &Problem<'_>, best: &Fit) -> bool {
+/// Whether so much is spent that no more exchanges are tried: less where names are out of reach.
+fn exhausted(problem: &Problem<'_>, best: &Fit) -> bool {
     let most = if out_of_reach(problem, best) { constants::most_effort_open() } else { constants::most_effort() };
     problem.effort.millions() > most
 }

@@ -1,7 +1,7 @@
 //! The order of the selection: forward selection, backward elimination, exchange, simplification, ties.
 
 use super::backward::{Pruned, prune, prune_earlier};
-use super::exchange::{exchange, exchange_images, exhausted, nearest_to_stated};
+use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
 use super::penalty::{penalised_cost, shortfall, wide_open};
 use super::simplify::{drop_needless_parts, drop_uncertain};
@@ -40,7 +40,7 @@ fn forward_selection(
     let mut current = start;
     while current.hypothesis.effects.len() < most {
         // A first cause is looked for in any case: the verdict needs to know whether one explains the gap.
-        if !current.hypothesis.effects.is_empty() && exhausted(problem, &current) {
+        if !current.hypothesis.effects.is_empty() && problem.effort.millions() > constants::most_effort() {
             break;
         }
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));

@@ -54,10 +54,11 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let most = explains_most(found, balances);
     let held = explains_excess(problem, &found.null, &found.best, touched(found)) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
-    // Beside a large cause one that only suppresses noise would pass together with it.
-    let counts = |place: usize, effect: &Effect| {
+    // Beside large causes a trifle that only suppresses noise would pass together with them.
+    let counts = |place: usize, cause: &Cause, effect: &Effect| {
         let without = found.without.get(place).and_then(Option::as_ref);
-        without.is_none_or(|without| explains_excess(problem, without, &found.best, effects::channels(*effect)))
+        cause.share >= constants::trifle()
+            || without.is_none_or(|without| explains_excess(problem, without, &found.best, effects::channels(*effect)))
     };
     let confirmed = few && most && held;
     // While a balance is open, a cause for which no alternatives were tried is no more than a guess.
@@ -73,7 +74,8 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
         let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
         let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
-        let confirmed = confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, effect);
+        let confirmed =
+            confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, &cause, effect);
         if closed(effect) && confirmed && stands && !trifle && !superseded.contains(effect) {
             causes.push(cause);
         } else {
