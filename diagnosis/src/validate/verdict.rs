@@ -142,13 +142,13 @@ fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Ch
         (before, after, problem.noise_cost(channel.bit()))
     });
     // Between distant rows the balances err by themselves, so that what is like noise tells nothing.
-    let noise = if problem.record.is_interpolated() { constants::like_noise() } else { 1.0 };
-    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances, noise)
+    let like = if problem.record.is_interpolated() { constants::like_noise() } else { 1.0 };
+    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances, like)
 }
 
 /// Whether enough of what is gained lies beyond noise: in strain of nominal values (`relieved`), and in balances of some misfit
-/// before and after, given with the cost of their noise; a misfit up to `like` is noise. A model that suppresses noise, such as a very large volume or mass,
-/// lowers the misfit below that of white noise: that is no gain.
+/// before and after, given with the cost of their noise; a misfit up to `like` is noise. A model that suppresses noise, such as a
+/// very large volume or mass, lowers the misfit below that of white noise: that is no gain.
 fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = (f64, f64, f64)>, like: f64) -> bool {
     let (mut beyond_noise, mut all) = (relieved, relieved);
     for (before, after, noise) in balances {
@@ -170,23 +170,23 @@ mod tests {
 
     #[test]
     fn what_only_suppresses_noise_is_no_gain() {
-        for (relieved, balances, expected) in [
+        for (relieved, balances, like, expected) in [
             // Nothing touched, nothing gained: nothing to object to.
-            (0.0, vec![], true),
-            (0.0, vec![(3.0, 1.0, 100.0)], true),
-            (0.0, vec![(0.95, 0.88, 100.0)], false),
-            (0.0, vec![(1.1, 0.9, 100.0)], true),
-            (0.0, vec![(1.01, 0.9, 100.0)], false),
+            (0.0, vec![], 1.0, true),
+            (0.0, vec![(3.0, 1.0, 100.0)], 1.0, true),
+            (0.0, vec![(0.95, 0.88, 100.0)], 1.0, false),
+            (0.0, vec![(1.1, 0.9, 100.0)], 1.0, true),
+            (0.0, vec![(1.01, 0.9, 100.0)], 1.0, false),
             // Nominal values that are no longer strained count in full.
-            (10.0, vec![(0.95, 0.88, 100.0)], true),
+            (10.0, vec![(0.95, 0.88, 100.0)], 1.0, true),
             // A balance that gets worse beyond noise beside one that only gets quieter.
-            (0.0, vec![(1.0, 1.2, 100.0), (0.9, 0.5, 100.0)], false),
+            (0.0, vec![(1.0, 1.2, 100.0), (0.9, 0.5, 100.0)], 1.0, false),
+            // Between distant rows more is noise.
+            (0.0, vec![(1.1, 1.05, 100.0)], 1.0, true),
+            (0.0, vec![(1.1, 1.05, 100.0)], 1.25, false),
         ] {
-            assert_eq!(
-                mostly_beyond_noise(relieved, balances.iter().copied(), 1.0),
-                expected,
-                "{relieved} {balances:?}"
-            );
+            let found = mostly_beyond_noise(relieved, balances.iter().copied(), like);
+            assert_eq!(found, expected, "{relieved} {balances:?} {like}");
         }
     }
 
