@@ -173,7 +173,7 @@ fn every(log: &Log, kept: usize) -> Log {
 fn a_thinned_log_without_a_gap_has_none() {
     for which in 0..of(4, 1) {
         let (plan, rig, log) = null(which);
-        for kept in [2, 5, 10] {
+        for kept in [10, 5, 2].into_iter().take(of(3, 1)) {
             let found = diagnose(&rig, &every(&log, kept), &|_| {}).expect("a full log");
             assert_eq!(found.verdict, Verdict::NoGap, "{plan}, every {kept}: {:?}", found.leads);
         }

@@ -67,11 +67,14 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
     });
 }
 
+/// How long to wait for an answer of the board above, which comes at once.
+const WAIT: Duration = Duration::from_millis(80);
+
 fn client(damage: impl FnMut(u32, &mut Vec<u8>) + Send + 'static) -> Client<UnixStream> {
     let (here, there) = UnixStream::pair().expect("sockets");
     here.set_read_timeout(Some(Duration::from_millis(20))).expect("time-out");
     board(there, damage);
-    Client::open(here, 5).expect("session")
+    Client::open_waiting(here, 5, WAIT).expect("session")
 }
 
 #[test]
@@ -104,7 +107,7 @@ fn answers_that_are_lost_or_damaged_are_asked_for_again_and_nothing_is_done_twic
 fn a_silent_board_is_reported_as_such() {
     let (here, _there) = UnixStream::pair().expect("sockets");
     here.set_read_timeout(Some(Duration::from_millis(20))).expect("time-out");
-    assert!(matches!(Client::open(here, 1).map(|_| ()), Err(BoardError::Silent)));
+    assert!(matches!(Client::open_waiting(here, 1, WAIT).map(|_| ()), Err(BoardError::Silent)));
 }
 
 #[test]

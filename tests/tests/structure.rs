@@ -146,6 +146,63 @@ fn no_crate_has_an_import_cycle() {
     }
 }
 
+/// Cargo starts a program for every target and every crate's documentation, empty or not; where there is nothing to run,
+/// the manifest says so. A test written there later must not be passed over in silence.
+#[test]
+fn what_cargo_is_told_not_to_test_holds_no_tests() {
+    let mut switched_off = 0;
+    for folder in crates() {
+        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).expect("a manifest");
+        let manifest: toml::Table = manifest.parse().expect("TOML");
+        let off = |target: &toml::Value, key: &str| target.get(key).and_then(toml::Value::as_bool) == Some(false);
+        let mut files = Vec::new();
+        let mut holds = |path: &Path, what: fn(&str) -> bool| {
+            switched_off += 1;
+            files.clear();
+            if path.is_dir() { rust_files(path, &mut files) } else { files.push(path.to_path_buf()) }
+            let text = |file: &PathBuf| std::fs::read_to_string(file).expect("a source file");
+            files.iter().find(|file| what(&text(file))).cloned()
+        };
+        if let Some(library) = manifest.get("lib") {
+            if off(library, "test") {
+                let found = holds(&folder.join("src"), has_test);
+                assert_eq!(found, None, "a test that `test = false` in its Cargo.toml leaves out");
+            }
+            if off(library, "doctest") {
+                let found = holds(&folder.join("src"), has_example);
+                assert_eq!(found, None, "an example that `doctest = false` in its Cargo.toml leaves out");
+            }
+        }
+        for program in manifest.get("bin").and_then(toml::Value::as_array).into_iter().flatten() {
+            let Some(path) = program.get("path").and_then(toml::Value::as_str) else { continue };
+            if off(program, "test") {
+                assert_eq!(holds(&folder.join(path), has_test), None, "a test that `test = false` leaves out");
+            }
+        }
+    }
+    assert!(switched_off > 10, "{switched_off}");
+}
+
+fn has_test(text: &str) -> bool {
+    text.lines().any(|line| ["#[test]", "proptest! {"].contains(&line.trim()))
+}
+
+/// Whether documentation shows code that is to be compiled: a fence without a language.
+fn has_example(text: &str) -> bool {
+    let comments = text.lines().filter_map(|line| line.trim().strip_prefix("//")?.strip_prefix(['/', '!']));
+    let fences = comments.filter_map(|line| line.trim().strip_prefix("```"));
+    fences.step_by(2).any(|language| language.is_empty() || language == "rust")
+}
+
+#[test]
+fn tests_and_examples_would_be_found() {
+    assert!(has_test("mod tests {\n    #[test]\n    fn it() {}"));
+    assert!(!has_test("// it has no `#[test]`"));
+    assert!(has_example("/// ```\n/// let x = 1;\n/// ```"));
+    assert!(has_example("//! ```text\n//! a → b\n//! ```\n//! ```\n//! code();\n//! ```"));
+    assert!(!has_example("//! ```text\n//! a → b\n//! ```"));
+}
+
 #[test]
 fn a_cycle_would_be_found() {
     let modules: BTreeSet<Vec<String>> = [vec!["a".to_string()], vec!["b".into()], vec!["b".into(), "c".into()]].into();
