@@ -29,6 +29,16 @@ pub fn stick_slip(rig: &Rig<f64>) -> bool {
     rig.friction.static_n > 1.1 * rig.friction.coulomb_n
 }
 
+/// Parts that the reference uses of the speed `v` that the flow holds up, of `v w_n` and of `v w_n²`, `w_n` being the piston's natural
+/// frequency on its air. What they decide: docs/control-law.md.
+pub const LIMIT_PARTS: [f64; 3] = [0.85, 0.65, 0.51];
+/// The law's bandwidth times what delays its loop: tick, spool, hoses.
+const BANDWIDTH_TIMES_DELAY: f64 = 0.32;
+/// Error of position for which the law asks for all the jerk that the air gives, m.
+const ERROR_OF_FULL_JERK_M: f64 = 0.5e-3;
+/// Bandwidth of the observer over the law's.
+pub const OBSERVER_RATIO: f64 = 1.7;
+
 /// Limits and bandwidths for a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
@@ -38,7 +48,7 @@ pub struct Rule {
     pub acceleration: f64,
     /// Highest jerk of the reference, m/s3.
     pub jerk: f64,
-    /// Bandwidth of the law that delay and lag allow, and that the air's jerk allows for an error of half a millimetre, rad/s.
+    /// Bandwidth of the law that delay and lag allow, and that the air's jerk allows, rad/s.
     pub bandwidths: [f64; 2],
     /// Bandwidth of the law, rad/s.
     pub law_w: f64,
@@ -75,15 +85,19 @@ impl Rule {
         };
         let speed = held(0).min(held(1));
         let jerk = speed * natural_w * natural_w;
-        let bandwidths = [0.32 / (1.5 * tick_s + lag_s + DELAY_PART * air.delay_s), (jerk / 0.5e-3).cbrt()];
+        let bandwidths = [
+            BANDWIDTH_TIMES_DELAY / (1.5 * tick_s + lag_s + DELAY_PART * air.delay_s),
+            (jerk / ERROR_OF_FULL_JERK_M).cbrt(),
+        ];
         let law_w = bandwidths[0].min(bandwidths[1]);
+        let [part_v, part_a, part_j] = LIMIT_PARTS;
         Self {
-            speed: 0.85 * speed,
-            acceleration: 0.65 * speed * natural_w,
-            jerk: 0.51 * jerk,
+            speed: part_v * speed,
+            acceleration: part_a * speed * natural_w,
+            jerk: part_j * jerk,
             bandwidths,
             law_w,
-            observer_w: 1.7 * law_w,
+            observer_w: OBSERVER_RATIO * law_w,
             // Without hoses it is not needed: the rule's margins were measured without.
             lead_s: if air.delay_s > 0.0 { air.delay_s + lag_s + tick_s } else { 0.0 },
         }

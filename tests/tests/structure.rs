@@ -159,7 +159,11 @@ fn what_cargo_is_told_not_to_test_holds_no_tests() {
         let mut holds = |path: &Path, what: fn(&str) -> bool| {
             switched_off += 1;
             files.clear();
-            if path.is_dir() { rust_files(path, &mut files) } else { files.push(path.to_path_buf()) }
+            if path.is_dir() {
+                rust_files(path, &mut files)
+            } else {
+                files.push(path.to_path_buf())
+            }
             let text = |file: &PathBuf| std::fs::read_to_string(file).expect("a source file");
             files.iter().find(|file| what(&text(file))).cloned()
         };

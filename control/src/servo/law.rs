@@ -68,7 +68,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
     let reference = state.motion;
-    let jerk_r = reference.jerk_towards(&followed, &tuning.limits);
+    let jerk_r = reference.jerk_towards(&followed, &tuning.limits, state.valve.part_of_limits());
     let jerk = i64::from(jerk_r.to_bits())
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
         + gains.v.wide(reference.v.saturating_sub(estimate.v))

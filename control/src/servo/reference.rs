@@ -142,21 +142,23 @@ impl Motion {
         Position::from_bits(saturate((self.y_q44 - other.y_q44) >> FINE))
     }
 
-    /// The jerk of the next tick on the way to the aim, planned as seen from it and with the limits that its motion leaves.
+    /// The jerk of the next tick on the way to the aim, planned as seen from it and with what its motion leaves of a part
+    /// (at most one) of the limits.
     #[inline]
-    pub(crate) fn jerk_towards(&self, aim: &Aim, limits: &Limits) -> Jerk {
+    pub(crate) fn jerk_towards(&self, aim: &Aim, limits: &Limits, part: I6F26) -> Jerk {
         if *self == aim.motion {
             return aim.jerk;
         }
         // Beyond these a motion is pushed back with all that the limits allow anyway.
         let within = |x: i64, most: i32| limit(x, -i64::from(most), i64::from(most)) as i32;
         let (speed, tick) = (limits.speed.to_bits(), limits.tick.to_bits());
-        let left = |used: I6F26| (ONE - used.to_bits().saturating_abs().min(ONE)).max(LEAST_LEFT);
+        let part = part.to_bits();
+        let left = |used: I6F26| times(part, ONE - used.to_bits().saturating_abs().min(ONE)).max(LEAST_LEFT);
         let jerk = left(limits.aim_jerk.of(aim.jerk));
         let most = left(limits.acceleration.of(aim.motion.a));
         let used = limits.velocity.of(aim.motion.v).to_bits().saturating_abs();
         let frame = Frame {
-            speed: (speed - used.min(speed)).max(speed / 10),
+            speed: times(part, speed - used.min(speed)).max(speed / 10),
             most,
             jerk,
             per_most: inverse(most),
@@ -173,7 +175,7 @@ impl Motion {
     }
 }
 
-/// The least that a moving aim leaves of a limit.
+/// The least that is left of a limit by a moving aim and a valve that gives less flow than nominal.
 const LEAST_LEFT: i32 = ONE / 2;
 
 /// `1 / x` of a part of one.

@@ -8,6 +8,7 @@ use super::*;
 use crate::config::Config;
 use crate::parameters::{Key, LawChoice, Parameters};
 use crate::quantities::Velocity;
+use fixed::types::I6F26;
 
 /// Tick rate of most tests, 1/s.
 const HZ: u32 = 1000;
@@ -99,7 +100,8 @@ fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
         let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
         for _ in 0..3000 {
             motion = motion.arrived(&aim.motion, &tuning.limits);
-            let jerk = if motion == aim.motion { Jerk::ZERO } else { motion.jerk_towards(&aim, &tuning.limits) };
+            let jerk =
+                if motion == aim.motion { Jerk::ZERO } else { motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE) };
             motion = motion.after(jerk, &tuning.tick);
             let y = value(motion.position());
             assert!(value(jerk).abs() < 80.56 * 1.001, "{jerk}");
@@ -118,7 +120,7 @@ fn a_target_changed_in_mid_move_is_reached_too() {
         let target = if tick < 150 { 0.3 } else { -0.02 };
         let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
         motion = motion.arrived(&aim.motion, &tuning.limits);
-        motion = motion.after(motion.jerk_towards(&aim, &tuning.limits), &tuning.tick);
+        motion = motion.after(motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE), &tuning.tick);
     }
     assert!((value(motion.position()) + 0.02).abs() < 2e-6, "{motion:?}");
 }
@@ -306,7 +308,7 @@ fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
         let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
         for _ in 0..tick_hz {
             motion = motion.arrived(&aim.motion, &tuning.limits);
-            let jerk = motion.jerk_towards(&aim, &tuning.limits);
+            let jerk = motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE);
             // Half of the limit, so that the small corrections of a planned jerk do not count.
             let side = i32::from(jerk > 40) - i32::from(jerk < -40);
             sides += u32::from(side != 0 && side != last);
@@ -325,7 +327,7 @@ fn along_the_speed_limit_the_jerk_does_not_alternate() {
         let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO };
         let (mut motion, mut sides, mut last, mut fastest) = (Motion::default(), 0, Jerk::ZERO, 0.0_f64);
         while motion != aim.motion {
-            let jerk = motion.jerk_towards(&aim, &tuning.limits);
+            let jerk = motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE);
             // A thousandth of the limit.
             if jerk.saturating_abs() > Jerk::lit("0.08") {
                 sides += u32::from((jerk > 0) != (last > 0));

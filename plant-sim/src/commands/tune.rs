@@ -6,6 +6,7 @@ use plant_sim::bound::bound_s;
 use plant_sim::servo::margins::{Demand, Margins, move_time_s, shortfalls};
 use plant_sim::servo::{Tuning, tuning::law_bandwidths};
 use report_html::Table;
+use rig_files::tuning::{LIMIT_PARTS, OBSERVER_RATIO};
 use rig_files::{InputError, RigFile};
 
 /// Work out the positioning law's constants for a rig, its margins, and whether the rig can do what is asked.
@@ -62,13 +63,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let row = |name: &str, value: String, from: &str| vec![name.to_string(), value, from.to_string()];
     say!("{}: lag of the spool {:.1} ms, {:.0} ticks a second\n", file.name, lag_s * 1e3, 1.0 / tick_s);
     let limits = tuning.limits;
+    let [part_v, part_a, part_j] = LIMIT_PARTS;
     let mut constants = Table::new(["constant", "value", "from"]);
     constants.rows = vec![
-        row("speed", format!("{:.3} m/s", limits.speed), "0.85 of what the flow holds up"),
-        row("acceleration", format!("{:.2} m/s2", limits.acceleration), "0.65 of that speed times w_n"),
-        row("jerk", format!("{:.1} m/s3", limits.jerk), "0.51 of that speed times w_n squared"),
+        row("speed", format!("{:.3} m/s", limits.speed), &format!("{part_v} of what the flow holds up")),
+        row("acceleration", format!("{:.2} m/s2", limits.acceleration), &format!("{part_a} of that speed times w_n")),
+        row("jerk", format!("{:.1} m/s3", limits.jerk), &format!("{part_j} of that speed times w_n squared")),
         row("law", format!("{:.1} rad/s", tuning.law_w), if by_delay < by_jerk { "delay and lag" } else { "jerk" }),
-        row("observer", format!("{:.1} rad/s", tuning.observer_w), "1.7 times the law"),
+        row("observer", format!("{:.1} rad/s", tuning.observer_w), &format!("{OBSERVER_RATIO} times the law")),
         row("force", format!("{:.0} 1/s", tuning.force_rate), "pressure noise"),
         row(
             "friction at start",

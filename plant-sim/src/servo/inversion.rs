@@ -3,6 +3,9 @@
 use super::air::Air;
 use rig_files::tuning::Pneumatics;
 
+/// Flow over nominal flow from which the reference uses its limits whole; as in `control`.
+const FULL_FLOW: f64 = 0.9;
+
 /// The valve as the law knows it; gains and dead zones are learned, one for each side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValveModel {
@@ -44,6 +47,13 @@ impl ValveModel {
     #[must_use]
     pub fn slope(&self, theta: f64, air: &Air) -> f64 {
         if theta >= 0.0 { self.gain[0] * air.slope_fill_a } else { self.gain[1] * air.slope_fill_b }
+    }
+
+    /// The part of its limits that the reference uses: what the flow holds up, speed, acceleration and jerk alike, is
+    /// proportional to it. All of them while nine tenths of the nominal flow are there: a gain is learned to some per cent.
+    #[must_use]
+    pub fn part_of_limits(&self) -> f64 {
+        (self.gain[0].min(self.gain[1]) / FULL_FLOW).min(1.0)
     }
 
     /// The largest angle towards either side.

@@ -203,10 +203,12 @@ impl Servo {
         let r = self.motion;
         // Planned as seen from the moving target.
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
+        let part = self.valve.part_of_limits();
+        let left = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
         let left = Limits {
-            speed: (tuning.limits.speed - aim.v.abs()).max(0.1 * tuning.limits.speed),
-            acceleration: tuning.limits.acceleration - aim.a.abs(),
-            jerk: tuning.limits.jerk - aim_jerk.abs(),
+            speed: left(tuning.limits.speed, aim.v, 0.1),
+            acceleration: left(tuning.limits.acceleration, aim.a, 0.5),
+            jerk: left(tuning.limits.jerk, aim_jerk, 0.5),
         };
         let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
         let jerk =

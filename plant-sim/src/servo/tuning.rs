@@ -155,7 +155,7 @@ impl Tuning {
     }
 }
 
-/// Bandwidths of the law that delay and lag allow, and that the air's jerk allows for an error of half a millimetre, rad/s.
+/// Bandwidths of the law that delay and lag allow, and that the air's jerk allows, rad/s.
 #[must_use]
 pub fn law_bandwidths(rig: &Rig<f64>, lag_s: f64, tick_s: f64) -> [f64; 2] {
     Rule::of(rig, lag_s, tick_s).bandwidths
