@@ -8,6 +8,7 @@ use super::stick::{LeadGains, Stick};
 use super::{Acceleration, Angle, Jerk, ServoState, Tuning};
 use crate::arithmetic::{limit, product, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
+use fixed::types::I6F26;
 
 /// Gains of one bandwidth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,9 +38,10 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let estimate = state.estimate;
     let was_holding = state.hold.on;
     let followed = state.stream.take(target, &tuning.stream, tick);
+    let standing = followed.motion.v == 0;
     let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
         && state.motion.v.saturating_abs() < tuning.standing
-        && followed.motion.v == 0;
+        && standing;
     let error = target.saturating_sub(estimate.y);
     // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
     let v = match &tuning.slipping {
@@ -68,7 +70,9 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
     let reference = state.motion;
-    let jerk_r = reference.jerk_towards(&followed, &tuning.limits, state.valve.part_of_limits());
+    // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns.
+    let part = if standing { state.valve.part_of_limits() } else { I6F26::ONE };
+    let jerk_r = reference.jerk_towards(&followed, &tuning.limits, part);
     let jerk = i64::from(jerk_r.to_bits())
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
         + gains.v.wide(reference.v.saturating_sub(estimate.v))
@@ -85,7 +89,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
         let against = |x: i32| if reference.v < 0 { x } else { x.saturating_neg() };
         let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
-        let braking = near && followed.motion.v == 0 && against(reference.a.to_bits()) > tuning.braking.to_bits();
+        let braking = near && standing && against(reference.a.to_bits()) > tuning.braking.to_bits();
         let brakes_harder = braking && against(missing.to_bits()) > 0;
         if brakes_harder {
             Jerk::ZERO

@@ -203,7 +203,8 @@ impl Servo {
         let r = self.motion;
         // Planned as seen from the moving target.
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
-        let part = self.valve.part_of_limits();
+        // A target that moves sets the pace itself.
+        let part = if aim.v == 0.0 { self.valve.part_of_limits() } else { 1.0 };
         let left = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
         let left = Limits {
             speed: left(tuning.limits.speed, aim.v, 0.1),
