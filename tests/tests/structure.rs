@@ -155,17 +155,16 @@ fn what_cargo_is_told_not_to_test_holds_no_tests() {
         let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).expect("a manifest");
         let manifest: toml::Table = manifest.parse().expect("TOML");
         let off = |target: &toml::Value, key: &str| target.get(key).and_then(toml::Value::as_bool) == Some(false);
-        let mut files = Vec::new();
         let mut holds = |path: &Path, what: fn(&str) -> bool| {
             switched_off += 1;
-            files.clear();
+            let mut files = Vec::new();
             if path.is_dir() {
                 rust_files(path, &mut files)
             } else {
                 files.push(path.to_path_buf())
             }
             let text = |file: &PathBuf| std::fs::read_to_string(file).expect("a source file");
-            files.iter().find(|file| what(&text(file))).cloned()
+            files.into_iter().find(|file| what(&text(file)))
         };
         if let Some(library) = manifest.get("lib") {
             if off(library, "test") {

@@ -205,11 +205,11 @@ impl Servo {
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
         // A target that moves sets the pace itself.
         let part = if aim.v == 0.0 { self.valve.part_of_limits() } else { 1.0 };
-        let left = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
+        let rest = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
         let left = Limits {
-            speed: left(tuning.limits.speed, aim.v, 0.1),
-            acceleration: left(tuning.limits.acceleration, aim.a, 0.5),
-            jerk: left(tuning.limits.jerk, aim_jerk, 0.5),
+            speed: rest(tuning.limits.speed, aim.v, 0.1),
+            acceleration: rest(tuning.limits.acceleration, aim.a, 0.5),
+            jerk: rest(tuning.limits.jerk, aim_jerk, 0.5),
         };
         let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
         let jerk =
