@@ -13,7 +13,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Log, RigFile, RigKey, Tolerance, rig_key};
 
 /// The keys whose nominal values are wrong on a rig with nominal errors.
-pub const UNCERTAIN_KEYS: [&str; 8] = [
+pub const UNCERTAIN_KEYS: [&str; 10] = [
     "valve.fill_coefficient_kg_per_s_pa",
     "valve.exhaust_coefficient_kg_per_s_pa",
     "cylinder.volume_a0_m3",
@@ -22,19 +22,21 @@ pub const UNCERTAIN_KEYS: [&str; 8] = [
     "friction.viscous_n_s_per_m",
     "friction.coulomb_n",
     "friction.static_n",
+    "valve.dead_zone_right_v",
+    "valve.dead_zone_left_v",
 ];
 
 /// Errors are redrawn beyond this many standard deviations: the rig file states its tolerance honestly.
 const CUT: f64 = 2.5;
 
-/// An uncertain key; on a valve of ISO 6358, the conductance instead of the coefficient.
+/// An uncertain key of what the rig has; on a valve of ISO 6358, the conductance instead of the coefficient.
 fn key_of(rig: &Rig<f64>, path: &str) -> Option<&'static RigKey> {
     match path {
         "valve.fill_coefficient_kg_per_s_pa" if rig.follows_iso6358() => rig_key("valve.fill_conductance_m3_per_s_pa"),
         "valve.exhaust_coefficient_kg_per_s_pa" if rig.follows_iso6358() => {
             rig_key("valve.exhaust_conductance_m3_per_s_pa")
         }
-        _ => rig_key(path),
+        _ => rig_key(path).filter(|key| key.get(rig) != 0.0),
     }
 }
 

@@ -85,14 +85,15 @@ impl Hypothesis {
         let stands_for = &identification.stands_for;
         let mut start = start.to_vec();
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
-            let replaced = match parameter.slot {
-                Slot::Nominal(key) => stands_for.keys().contains(&key.path),
+            let replacing = match parameter.slot {
+                Slot::Nominal(key) => stands_for.parameter_of(key.path),
                 Slot::Stated(stated, _) if stated == effect => continue,
-                Slot::Effect(..) | Slot::Stated(..) | Slot::Term(_) | Slot::SupplySensor => false,
+                Slot::Effect(..) | Slot::Stated(..) | Slot::Term(_) | Slot::SupplySensor => None,
             };
-            if replaced {
-                start[0] = stands_for.take_over(start[0], *value, parameter.neutral);
+            if let Some(place) = replacing {
+                start[place] = stands_for.take_over(start[place], *value, parameter.neutral);
             }
+            let replaced = replacing.is_some();
             if !replaced || !stands_for.is_single() {
                 let strained = anew
                     && parameter
@@ -163,14 +164,13 @@ impl Hypothesis {
                 out.values.push(*value);
             }
         }
-        let removed = self.values_of(effect).first().copied();
+        let removed = self.values_of(effect);
         let neutral = self.parameters.iter().find(|p| p.slot == Slot::Effect(effect, 0)).map(|p| p.neutral);
         let identification = effect.identification();
         let stands_for = &identification.stands_for;
-        let Some(removed) = removed else { return out };
-        if let Some(neutral) = neutral {
-            out.scale_keys(identification.carries_along, removed / neutral);
-            out.move_in_step(effect, neutral / removed);
+        if let (Some(neutral), Some(first)) = (neutral, removed.first()) {
+            out.scale_keys(identification.carries_along, first / neutral);
+            out.move_in_step(effect, neutral / first);
         }
         for parameter in nominal {
             if matches!(parameter.slot, Slot::Stated(stated, _) if stated == effect) {
@@ -178,10 +178,10 @@ impl Hypothesis {
                 out.values.insert(0, parameter.neutral);
             }
             let Slot::Nominal(key) = parameter.slot else { continue };
-            if !stands_for.keys().contains(&key.path) {
+            let Some(removed) = stands_for.parameter_of(key.path).and_then(|place| removed.get(place)) else {
                 continue;
-            }
-            let given_back = stands_for.give_back(removed, parameter.neutral);
+            };
+            let given_back = stands_for.give_back(*removed, parameter.neutral);
             if stands_for.is_single() {
                 out.parameters.insert(0, *parameter);
                 out.values.insert(0, given_back.clamp(parameter.min, parameter.max));
@@ -314,6 +314,8 @@ impl Hypothesis {
             slots[place].1[index] = *value;
         }
         // Two nominal values that are corrected separately must stay in order.
+        let valve = &mut out.rig.valve;
+        valve.dead_zone_left_v = valve.dead_zone_left_v.min(valve.dead_zone_right_v);
         let friction = &mut out.rig.friction;
         friction.static_n = friction.static_n.max(friction.coulomb_n);
         friction.breakaway_m = friction.breakaway_m.min(0.95 * friction.coulomb_n / friction.stiffness_n_per_m);

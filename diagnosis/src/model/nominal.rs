@@ -14,11 +14,15 @@ const S: Channels = Channel::Supply.bit();
 /// The nominal values that are corrected within their tolerance, with the channels they act on.
 ///
 /// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
-const CORRECTED: [(&str, Channels); 18] = [
+const CORRECTED: [(&str, Channels); 22] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
     ("valve.fill_conductance_m3_per_s_pa", A | B),
     ("valve.exhaust_conductance_m3_per_s_pa", A | B),
+    ("valve.dead_zone_right_v", A | B),
+    ("valve.dead_zone_left_v", A | B),
+    (SLOPES[0], A | B),
+    (SLOPES[1], A | B),
     ("cylinder.volume_a0_m3", A),
     ("cylinder.volume_b0_m3", B),
     ("cushion_a.conductance_m3_per_s_pa", A),
@@ -34,6 +38,8 @@ const CORRECTED: [(&str, Channels); 18] = [
     (SUPPLY, A | B | S),
     (ATMOSPHERE, A | B),
 ];
+/// By how much each side of the spool opens faster, or than the rig's table of the opening.
+const SLOPES: [&str; 2] = ["valve.slope_right", "valve.slope_left"];
 const TEMPERATURE: &str = "gas.temperature_k";
 const SUPPLY: &str = "supply.pressure_pa";
 const ATMOSPHERE: &str = "supply.atmosphere_pa";
@@ -63,32 +69,28 @@ const BY_PATH: [(&str, Channels); 8] = [
     ("valve.exhaust_critical_ratio_b", B),
 ];
 
-/// Of a valve with an opening table: by how much each side of its spool opens faster than the table's.
-const BESIDE_A_TABLE: [(&str, Channels); 2] = [("valve.slope_right", A | B), ("valve.slope_left", A | B)];
-
 /// The channels of a value that is corrected on this rig by default.
 fn corrected(rig: &RigFile, key: &RigKey) -> Option<Channels> {
     let by_path = rig.rig.follows_iso6358();
-    let table = !rig.rig.opening.is_empty();
     let of = |list: &[(&str, Channels)]| list.iter().find(|(path, _)| *path == key.path).map(|(_, channels)| *channels);
     let stood_for = |both: &RigKey| {
         by_path && both.sides.iter().any(|side| BY_PATH.iter().any(|(path, _)| *path == side.key().path))
     };
-    (of(&CORRECTED).filter(|_| !stood_for(key)))
-        .or_else(|| of(&BY_PATH).filter(|_| by_path))
-        .or_else(|| of(&BESIDE_A_TABLE).filter(|_| table))
+    (of(&CORRECTED).filter(|_| !stood_for(key))).or_else(|| of(&BY_PATH).filter(|_| by_path))
 }
 
 /// The tolerance of a value without an entry of its own. Weather is what it is; a gauge is no better than its class. A default
 /// of zero says that all values are exact, but for the setting of a regulator behind which the supply was measured.
-fn by_default(default: f64, path: &str, supply_measured: bool) -> f64 {
+fn by_default(rig: &RigFile, path: &str, supply_measured: bool) -> f64 {
+    let default = rig.tolerance.default;
     match path {
         SUPPLY if supply_measured => default.max(constants::regulator()),
         _ if default == 0.0 => 0.0,
         TEMPERATURE => constants::weather_temperature(),
         ATMOSPHERE => constants::weather_atmosphere(),
         SUPPLY => default.max(constants::gauge()),
-        _ if BESIDE_A_TABLE.iter().any(|(beside, _)| *beside == path) => default.max(constants::opening_curve()),
+        // A catalogue draws the curve of a type.
+        _ if SLOPES.contains(&path) && !rig.rig.opening.is_empty() => default.max(constants::opening_curve()),
         _ => default,
     }
 }
@@ -100,9 +102,7 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
         let default = corrected(rig, key);
         let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
-            (Some(channels), _, own) => {
-                (channels, own.unwrap_or_else(|| by_default(rig.tolerance.default, key.path, supply_measured)))
-            }
+            (Some(channels), _, own) => (channels, own.unwrap_or_else(|| by_default(rig, key.path, supply_measured))),
             (None, Some((_, channels)), Some(own)) => (*channels, own),
             _ => continue,
         };
@@ -116,14 +116,16 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
         let flow = [TEMPERATURE, ATMOSPHERE].contains(&key.path) || key.path == SUPPLY && !supply_measured;
         let farthest = if flow { constants::weather_farthest() } else { constants::farthest_nominal() } * tolerance;
         if tolerance > 0.0 && channels & judgeable != 0 {
+            // No value changes its sign: that is another rig.
+            let [near, far] = [0.3, 3.0].map(|factor| factor * nominal);
             out.push(Parameter {
                 slot: Slot::Nominal(key),
                 neutral: nominal,
                 scale: tolerance.max(1.0e-4 * nominal.abs()),
                 negligible: 0.0,
                 tolerance: Some(tolerance),
-                min: (nominal - farthest).max(0.3 * nominal),
-                max: (nominal + farthest).min(3.0 * nominal),
+                min: (nominal - farthest).max(near.min(far)),
+                max: (nominal + farthest).min(near.max(far)),
                 channels: channels & judgeable,
             });
         }

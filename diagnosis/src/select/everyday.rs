@@ -11,6 +11,7 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
 use plant_model::Effect;
+use plant_model::effects::identification::StandsFor;
 use rayon::prelude::*;
 use rig_files::rig_key;
 
@@ -23,7 +24,7 @@ pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
     };
     for effect in candidates(problem).into_iter().filter(|effect| is_everyday(problem, *effect) && !stated(effect)) {
         let mut parameters = problem.parameters(effect);
-        parameters.iter_mut().for_each(|p| p.tolerance = Some(constants::everyday() * p.scale));
+        parameters.iter_mut().for_each(|p| p.tolerance = Some(everyday(p)));
         let start: Vec<f64> = parameters.iter().map(|p| p.neutral).collect();
         all = all.extended_by(effect, parameters, &start);
     }
@@ -50,12 +51,24 @@ pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
     problem.evaluate_as_is(fit.hypothesis)
 }
 
-/// Effects that vanish smoothly at their neutral values, act everywhere, and are no other word for a nominal value that is
-/// corrected anyway.
+/// What a rig has of an everyday effect, as a standard deviation.
+fn everyday(parameter: &Parameter) -> f64 {
+    constants::everyday() * parameter.scale
+}
+
+/// Effects that vanish smoothly at their neutral values, act everywhere, and are no other word for nominal values that are
+/// corrected as far anyway.
 fn is_everyday(problem: &Problem<'_>, effect: Effect) -> bool {
     let i = effect.identification();
-    let corrected =
-        |path: &str| problem.nominal.iter().any(|p| matches!(p.slot, Slot::Nominal(key) if key.path == path));
+    let parameters = problem.parameters(effect);
+    let corrected = |path: &str| {
+        let reach = |p: &Parameter| p.max - p.neutral;
+        let as_far = |p: &Parameter| match i.stands_for {
+            StandsFor::FactorOn(_) => reach(p) / p.neutral >= everyday(&parameters[0]),
+            _ => parameters.iter().any(|own| reach(p) >= everyday(own)),
+        };
+        problem.nominal.iter().any(|p| matches!(p.slot, Slot::Nominal(key) if key.path == path) && as_far(p))
+    };
     let corrected_of_a_side = |path: &&str| {
         corrected(path) || rig_key(path).is_some_and(|key| key.sides.iter().any(|side| corrected(side.key().path)))
     };

@@ -32,7 +32,7 @@ pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<
     for (parameter, value) in out.parameters.iter().zip(&mut out.values) {
         match parameter.slot {
             Slot::Effect(e, 0) if e == other => *value = start[0],
-            Slot::Effect(e, 0) if e.identification().stands_for == StandsFor::ValueOf("friction.static_n") => {
+            Slot::Effect(e, 0) if e.identification().stands_for == StandsFor::ValuesOf(&["friction.static_n"]) => {
                 let by_n = if factor { -added_n } else { added_n };
                 *value = (*value + by_n).clamp(parameter.min, parameter.max);
             }

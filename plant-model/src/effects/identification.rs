@@ -69,8 +69,8 @@ pub enum StandsFor {
     Nothing,
     /// Its first parameter is a factor on whichever of these values the rig has: only the product shows.
     FactorOn(&'static [&'static str]),
-    /// Its first parameter is that value.
-    ValueOf(&'static str),
+    /// Its parameters are these values, in this order.
+    ValuesOf(&'static [&'static str]),
     /// Its first parameter, not negative, is added to each of these values.
     AddedTo(&'static [&'static str]),
 }
@@ -81,12 +81,18 @@ impl StandsFor {
     pub const fn keys(&self) -> &[&'static str] {
         match self {
             Self::Nothing => &[],
-            Self::ValueOf(key) => core::slice::from_ref(key),
-            Self::FactorOn(keys) | Self::AddedTo(keys) => keys,
+            Self::ValuesOf(keys) | Self::FactorOn(keys) | Self::AddedTo(keys) => keys,
         }
     }
 
-    /// Whether it stands in for a single value of a rig, and not for several at once.
+    /// The place of the parameter that stands in for a key; `None` if none does.
+    #[must_use]
+    pub fn parameter_of(&self, key: &str) -> Option<usize> {
+        let place = self.keys().iter().position(|own| *own == key)?;
+        Some(if matches!(self, Self::ValuesOf(_)) { place } else { 0 })
+    }
+
+    /// Whether each of its parameters stands in for a single value of a rig, and not for several at once.
     #[must_use]
     pub const fn is_single(&self) -> bool {
         !matches!(self, Self::AddedTo(_))
@@ -98,7 +104,7 @@ impl StandsFor {
         match self {
             Self::Nothing => parameter,
             Self::FactorOn(_) => parameter * (value / nominal),
-            Self::ValueOf(_) => parameter + (value - nominal),
+            Self::ValuesOf(_) => parameter + (value - nominal),
             Self::AddedTo(keys) => (parameter + (value - nominal) / keys.len() as f64).max(0.0),
         }
     }
@@ -109,7 +115,7 @@ impl StandsFor {
         match self {
             Self::Nothing => nominal,
             Self::FactorOn(_) => nominal * parameter,
-            Self::ValueOf(_) => parameter,
+            Self::ValuesOf(_) => parameter,
             Self::AddedTo(_) => nominal + parameter,
         }
     }

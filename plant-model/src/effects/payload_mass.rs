@@ -28,7 +28,7 @@ impl Definition for PayloadMass {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::ValueOf("load.mass_kg"),
+        stands_for: StandsFor::ValuesOf(&["load.mass_kg"]),
         length_exponents: [1, 0, 0],
         ..Identification::on(
             Balances::FORCE,

@@ -34,7 +34,7 @@ impl Definition for StaticFriction {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::ValueOf("friction.static_n"),
+        stands_for: StandsFor::ValuesOf(&["friction.static_n"]),
         starts_fitted: 3,
         starts_form_a_grid: true,
         smooth_at_neutral: false,

@@ -1,5 +1,5 @@
 use super::definition::{Definition, Info, MAX_PARAMETERS, ParameterInfo};
-use super::identification::{Against, Balance, Balances, Identification, Only, Picture, StartContext};
+use super::identification::{Against, Balance, Balances, Identification, Only, Picture, StandsFor, StartContext};
 pub(crate) use super::terms::NoTerms as Terms;
 use crate::coefficients::Coefficients;
 use crate::real::Real;
@@ -43,6 +43,7 @@ impl Definition for ValveDeadZone {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
+        stands_for: StandsFor::ValuesOf(&["valve.dead_zone_right_v", "valve.dead_zone_left_v"]),
         starts_fitted: 2,
         ordered: Some([0, 1]),
         ..Identification::on(

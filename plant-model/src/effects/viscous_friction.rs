@@ -30,7 +30,7 @@ impl Definition for ViscousFriction {
     };
 
     const IDENTIFICATION: &'static Identification = &Identification {
-        stands_for: StandsFor::ValueOf("friction.viscous_n_s_per_m"),
+        stands_for: StandsFor::ValuesOf(&["friction.viscous_n_s_per_m"]),
         length_exponents: [1, 0, 0],
         ..Identification::on(
             Balances::FORCE,

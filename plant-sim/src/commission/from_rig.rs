@@ -94,10 +94,9 @@ fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterErr
             }
         };
         match effect.identification().stands_for {
-            StandsFor::ValueOf(key) => edit(key, &|_| first),
+            StandsFor::ValuesOf(keys) => keys.iter().zip(values).for_each(|(key, value)| edit(key, &|_| *value)),
             StandsFor::FactorOn(keys) => keys.iter().for_each(|key| edit(key, &|old| first * old)),
             StandsFor::AddedTo(keys) => keys.iter().for_each(|key| edit(key, &|old| old + first)),
-            StandsFor::Nothing if effect == Effect::ValveDeadZone => {}
             // The positioning law is told of it.
             StandsFor::Nothing if effect == Effect::ValveLag => {}
             // What a log shows of a sensor is left over from the calibration it was recorded with: applied twice it would be wrong.

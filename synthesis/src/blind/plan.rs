@@ -45,11 +45,13 @@ pub enum Class {
     Clipped,
     /// One effect far below everyday strength that is still plain in the log.
     Slight,
+    /// A valve with a dead zone, which the file states, and slopes; each is off within its tolerance. One effect or none.
+    Valve,
 }
 
 impl Class {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Single,
         Self::Weak,
         Self::Pairs,
@@ -63,6 +65,7 @@ impl Class {
         Self::Weather,
         Self::Clipped,
         Self::Slight,
+        Self::Valve,
     ];
 
     /// Word on the command line and in tables.
@@ -82,6 +85,7 @@ impl Class {
             Self::Weather => "weather",
             Self::Clipped => "clipped",
             Self::Slight => "slight",
+            Self::Valve => "valve",
         }
     }
 }
@@ -238,7 +242,11 @@ impl Plan {
             Class::Null => 0,
             Class::Pairs => 2,
             Class::Triples => 3,
-            Class::Poor | Class::Decimated | Class::Slow | Class::Weather | Class::Clipped if rng.random_bool(0.5) => 0,
+            Class::Poor | Class::Decimated | Class::Slow | Class::Weather | Class::Clipped | Class::Valve
+                if rng.random_bool(0.5) =>
+            {
+                0
+            }
             _ => 1,
         };
         let pool = self.class.singles();
@@ -265,6 +273,10 @@ impl Plan {
         let mut rng = self.rng();
         let which = self.which(&mut rng);
         let mut rig_file = rigs.choose(&mut rng).cloned().unwrap_or_else(|| varied_rig(&mut rng));
+        if self.class == Class::Valve {
+            rig_file.rig.valve.dead_zone_right_v = rng.random_range(0.1..0.6);
+            rig_file.rig.valve.dead_zone_left_v = -rng.random_range(0.1..0.6);
+        }
         let relative = self.nominal.relative();
         let stated = if rng.random_bool(0.5) { Stated::Everywhere } else { Stated::UncertainKeys };
         rig_file.tolerance = stated(relative).tolerance(&rig_file.rig);
@@ -275,6 +287,11 @@ impl Plan {
             }
         }
         let mut truth = true_rig(&rig_file.rig, relative, &mut rng);
+        if self.class == Class::Valve {
+            let off = rig_file.tolerance.default;
+            truth.valve.slope_right *= 1.0 + rng.random_range(-2.0 * off..=2.0 * off);
+            truth.valve.slope_left *= 1.0 + rng.random_range(-2.0 * off..=2.0 * off);
+        }
         if self.class == Class::Weather {
             // A file that calls all values exact would not be honest.
             rig_file.tolerance.default = rig_file.tolerance.default.max(0.005);
