@@ -149,6 +149,9 @@ constants! {
             "chosen: less than the dead zones of a cheap valve";
     }
     "data" {
+        outlier: f64 = 10.0, "",
+            "A reading so far from a line through its four neighbours, in their own distance from it or the sensor's noise, is left out.",
+            "the usual identifier takes 3 and leaves out noise; nothing that a piston or air does comes near 10";
         interruption: f64 = 2.5, "usual intervals",
             "A longer step of time interrupts the log.",
             "between one lost sample (2) and two (3)";

@@ -6,12 +6,14 @@ use crate::balances::term_library;
 use crate::check::mapping::contradictions;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
+use crate::data::hum;
+use crate::data::outliers;
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 use crate::estimate::effort::Effort;
 use crate::estimate::problem::{Fit, Problem};
-use crate::estimate::{between_rows, noise_level};
+use crate::estimate::{between_rows, clocks, noise_level};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, extension, identifiability};
 use crate::model::hypothesis::Hypothesis;
@@ -30,10 +32,14 @@ use rig_files::{Log, RigFile, Verdict};
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     progress("check");
+    let (log, outliers) = outliers::left_out(log);
+    let (log, _) = hum::subtracted(log);
+    let log = log.as_ref();
     if let Some(found) = contradictions(rig, log).into_iter().next() {
         return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
     }
-    let rows = prepare(log, rig);
+    let mut rows = prepare(log, rig);
+    rows.quality.isolated_readings = outliers.len();
     let record = &rows;
     if record.len() < LEAST_SAMPLES {
         return Err(DiagnosisError::TooShort { found: record.len() });
@@ -66,6 +72,9 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
         {
             reconsidered[0] = true;
+            if let Some(found) = clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis) {
+                return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
+            }
             if let Some(quieter) = noise_level::quieter(&problem, &fit) {
                 record = quieter;
                 continue;

@@ -94,6 +94,11 @@ fn a_position_that_ends_at_its_sensors_limit_is_not_judged_there() {
 }
 
 #[test]
+fn a_dead_zone_off_within_its_tolerance_is_calibration_and_hides_no_cause() {
+    stands(Class::Valve);
+}
+
+#[test]
 fn small_but_plain_deviations_are_found() {
     stands(Class::Slight);
 }
@@ -225,9 +230,80 @@ fn a_column_mapped_wrongly_is_named_with_its_remedy_and_nothing_is_searched() {
             assert!(said.contains(word), "{} should say {word}: {said}", column.name());
         }
         let gauge = |p: f64| p - rig.rig.supply.atmosphere_pa;
-        let log = changed(&changed(&log, Column::PA, &gauge), Column::PB, &gauge);
-        assert!(refused(&rig, &log, "gauge").contains("gauge"));
+        let one = changed(&log, Column::PA, &gauge);
+        assert!(refused(&rig, &one, "gauge").contains("the values of p_a_pa seem to be gauge"));
+        assert!(
+            refused(&rig, &changed(&one, Column::PB, &gauge), "gauge")
+                .contains("the chamber pressures seem to be gauge")
+        );
+        let mut dead = log.clone();
+        for column in [Column::Y, Column::PA, Column::PB, Column::PSup] {
+            dead.set(column, log.column(column).map(|values| vec![values[100]; values.len()]));
+        }
+        assert!(refused(&rig, &dead, "dead").contains("no sensor changes"));
     }
+}
+
+#[test]
+fn a_column_that_another_clock_stamped_is_told_with_the_shift_and_is_no_effect() {
+    let (mut told, logs) = (0, of(4, 1));
+    for which in 0..logs {
+        let (plan, rig, log) = null(which);
+        for (column, later_s, word) in [(Column::Y, -2.0e-3, "early"), (Column::U, 3.0e-3, "late")] {
+            let mut stamped = log.clone();
+            stamped.set(column, log.shifted(column, later_s));
+            match diagnose(&rig, &stamped, &|_| {}) {
+                Err(DiagnosisError::Contradiction { problem, remedy }) => {
+                    let name = format!("{} seems to be stamped", column.name());
+                    assert!(problem.contains(&name) && problem.contains(word), "{plan}: {problem}");
+                    let shift =
+                        remedy.split("shift_s = ").nth(1).and_then(|rest| rest.split('`').next()?.parse::<f64>().ok());
+                    assert!(shift.is_some_and(|shift| (shift + later_s).abs() < 0.25e-3), "{plan}: {remedy}");
+                    told += 1;
+                }
+                // Where little moves, a shift changes little more than noise, and pressures that are late against the position
+                // are the same.
+                Ok(found) => assert!(found.causes.iter().all(|c| c.id == "pressure-lag"), "{plan}: {:?}", found.causes),
+                Err(other) => panic!("{plan}: {other}"),
+            }
+        }
+    }
+    assert!(told >= logs, "{told} of {}", 2 * logs);
+}
+
+#[test]
+fn hum_of_the_mains_is_told_and_hides_neither_cause_nor_its_absence() {
+    let single = plans(Class::Single, Nominal::Exact, 2, SEED)[1].draw();
+    let (_, rig, log) = null(0);
+    let hidden: Vec<&str> = single.causes.iter().map(|cause| cause.id()).collect();
+    let cases = [(rig, log, vec![]), (single.rig_file.clone(), single.record().0, hidden)];
+    for (rig, log, hidden) in cases.into_iter().take(of(2, 1)) {
+        let mut humming = log.clone();
+        for (column, amplitude_pa) in [(Column::PA, 2.0e3), (Column::PB, 1.2e3)] {
+            let hum = |(p, t): (&f64, &f64)| p + amplitude_pa * (core::f64::consts::TAU * 49.9 * t).sin();
+            humming.set(column, log.column(column).map(|p| p.iter().zip(&log.t_s).map(hum).collect()));
+        }
+        let told = check(&rig, &humming).expect("a full log").findings;
+        assert_eq!(told.iter().filter(|flaw| flaw.problem.contains("49.9 Hz")).count(), 2, "{told:?}");
+        let found = diagnose(&rig, &humming, &|_| {}).expect("a full log");
+        let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+        assert_eq!(named, hidden, "{:?}", found.leads);
+    }
+}
+
+#[test]
+fn a_single_wild_reading_is_left_out_and_told() {
+    let (_, rig, log) = null(0);
+    let mut wild = log.clone();
+    wild.y_m[7_000] = log.y_m[7_000] + 0.1;
+    wild.p_a_pa.as_mut().expect("measured")[3_000] = -3.0e5;
+    let found = check(&rig, &wild).expect("a full log").findings;
+    for name in ["y_m", "p_a_pa"] {
+        assert!(found.iter().any(|flaw| flaw.problem.starts_with(&format!("{name} has one reading far"))), "{found:?}");
+    }
+    assert!(found.iter().all(|flaw| flaw.weight == Weight::Loss), "{found:?}");
+    let diagnosed = diagnose(&rig, &wild, &|_| {}).expect("a full log");
+    assert_eq!((diagnosed.verdict, diagnosed.log.quality.isolated_readings), (Verdict::NoGap, 2));
 }
 
 /// Everyday work of rig (a) with the supply measured; `truth` changes what the rig really is.

@@ -52,6 +52,8 @@ struct ColumnRule {
     offset: f64,
     /// Two readings and what they mean in `unit`.
     points: Option<[[f64; 2]; 2]>,
+    /// How long after the times of their rows the readings were taken, s.
+    shift_s: f64,
     time: TimeCells,
 }
 
@@ -97,7 +99,8 @@ const SOURCE_KEYS: [&str; 12] = [
     "rate_hz",
     "time_from_zero",
 ];
-const COLUMN_KEYS: [&str; 9] = ["from", "value", "unit", "sign", "offset", "gauge", "points", "time", "format"];
+const COLUMN_KEYS: [&str; 10] =
+    ["from", "value", "unit", "sign", "offset", "gauge", "points", "shift_s", "time", "format"];
 const SEPARATORS: [(&str, Separator); 8] = [
     ("comma", Separator::Byte(b',')),
     (",", Separator::Byte(b',')),
@@ -108,6 +111,8 @@ const SEPARATORS: [(&str, Separator); 8] = [
     ("space", Separator::Blanks),
     (" ", Separator::Blanks),
 ];
+/// Beyond this, s, a column belongs to another part of the recording.
+const MOST_SHIFT_S: f64 = 1.0;
 /// What a draft writes where it leaves a choice.
 const OPEN: &str = "?";
 
@@ -294,6 +299,7 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
         sign: 1.0,
         offset: 0.0,
         points: None,
+        shift_s: 0.0,
         time: TimeCells::Number,
     };
     let numbered = |key: &Entry<'_>| {
@@ -340,6 +346,17 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
                     return Err(key.error("does not give a straight line", remedy));
                 }
                 rule.points = Some([one, other]);
+            }
+            "shift_s" => {
+                rule.shift_s = key.number()?;
+                if target.is_none() {
+                    return Err(key.error("belongs to other columns", "shift those that another clock has stamped"));
+                }
+                if rule.shift_s.abs() > MOST_SHIFT_S {
+                    let remedy =
+                        format!("give seconds within ±{MOST_SHIFT_S}; align recordings that lie farther apart first");
+                    return Err(key.error(format!("= {} is no offset of a clock", rule.shift_s), remedy));
+                }
             }
             "gauge" => {
                 if !name.starts_with("p_") {

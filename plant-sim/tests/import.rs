@@ -686,3 +686,25 @@ fn the_examples_of_loggers_survive_draft_import_and_writing() {
         assert_eq!(stored.lines().count(), style.text(&log).lines().count());
     }
 }
+
+#[test]
+fn a_column_stamped_by_another_clock_is_moved_by_whole_rows() {
+    let mapping = |shift: &str| {
+        format!("[source]\n[column.t_s]\nfrom = \"t\"\n[column.y_m]\nfrom = \"y\"\n{shift}[column.u_v]\nfrom = \"u\"\n")
+    };
+    let table: String = (0..6).map(|k| format!("{},{},{}\n", f64::from(k) * 0.001, k, 10 * k)).collect();
+    let file = std::env::temp_dir().join(format!("shift-{}.csv", std::process::id()));
+    std::fs::write(&file, format!("t,y,u\n{table}")).expect("written");
+    let log = |shift: &str| Mapping::parse(&mapping(shift), "m.toml").and_then(|m| m.import(&file)).expect("a log").log;
+    let (as_is, later, earlier) = (log(""), log("shift_s = 0.0024\n"), log("shift_s = -0.001\n"));
+    let finite = |y: &[f64]| y.iter().copied().filter(|y| y.is_finite()).collect::<Vec<_>>();
+    assert_eq!(as_is.y_m, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert!(later.y_m[..2].iter().all(|y| y.is_nan()), "{:?}", later.y_m);
+    assert_eq!((finite(&later.y_m), later.u_v), (vec![0.0, 1.0, 2.0, 3.0], as_is.u_v));
+    assert_eq!(finite(&earlier.y_m), [1.0, 2.0, 3.0, 4.0, 5.0]);
+    for (wrong, word) in [("shift_s = 30\n", "no offset of a clock"), ("shift_s = \"1 ms\"\n", "shift_s")] {
+        let said = Mapping::parse(&mapping(wrong), "m.toml").expect_err("refused").to_string();
+        assert!(said.contains(word) && said.contains("m.toml"), "{said}");
+    }
+    std::fs::remove_file(&file).expect("removed");
+}

@@ -162,6 +162,22 @@ impl Log {
         }
     }
 
+    /// A column as it is if its readings were taken `later_s` after the times of their rows: that of the nearest row, because values
+    /// in between would have less noise than the sensor. Blank where no row is within half the usual time between rows.
+    #[must_use]
+    pub fn shifted(&self, column: Column, later_s: f64) -> Option<Vec<f64>> {
+        let values = self.column(column)?;
+        // Rounding must not take two rows that are half of it away for farther ones.
+        let reach_s = 0.5001 * self.period_s();
+        let at = |t_s: f64| {
+            let after = self.t_s.partition_point(|t| *t < t_s);
+            let near = [after.checked_sub(1), Some(after)].into_iter().flatten().filter(|row| *row < self.len());
+            let distance = |row: &usize| (self.t_s[*row] - t_s).abs();
+            near.min_by(|one, other| distance(one).total_cmp(&distance(other))).filter(|row| distance(row) <= reach_s)
+        };
+        Some(self.t_s.iter().map(|t| at(t - later_s).map_or(f64::NAN, |row| values[row])).collect())
+    }
+
     /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -3,12 +3,42 @@
 use super::{Flaw, Weight};
 use crate::balances::piston;
 use crate::constants;
+use crate::data::hum::Hum;
+use crate::data::outliers::Outlier;
 use crate::data::record::Record;
 use core::ops::Range;
 use rig_files::{Column, Log, RigFile};
 
 fn loss(problem: String, remedy: &str) -> Flaw {
     Flaw { weight: Weight::Loss, problem, remedy: remedy.to_string() }
+}
+
+/// Hum that was subtracted.
+pub(crate) fn hum(found: &Hum) -> Flaw {
+    let (name, amplitude, unit) = match found.column {
+        Column::Y => ("y_m", found.amplitude * 1.0e6, "um"),
+        column => (column.name(), found.amplitude, "Pa"),
+    };
+    loss(
+        format!("{name} carries hum of the mains, {:.1} Hz with an amplitude of {amplitude:.0} {unit}", found.hz),
+        "it is subtracted; shield the sensor's cable and supply it from a clean source",
+    )
+}
+
+/// Single readings that were left out, column by column.
+pub(crate) fn isolated(outliers: &[Outlier]) -> Vec<Flaw> {
+    let by_column = outliers.chunk_by(|one, other| one.column == other.column);
+    let told = by_column.map(|of| {
+        let (count, Outlier { column, t_s, value, expected }) = (of.len(), of[0]);
+        let name = column.name();
+        let readings = if count == 1 { "one reading".to_string() } else { format!("{count} readings, each") };
+        let first = if count == 1 { "" } else { "the first " };
+        loss(
+            format!("{name} has {readings} far from those before and after: {first}{value} at {t_s} s, where about {expected:.5e} is due"),
+            "such rows are left out; look for a loose contact, or for the logger's mark of a missing value",
+        )
+    });
+    told.collect()
 }
 
 /// What is lost, column by column.
@@ -76,6 +106,15 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
         }
     }
     out
+}
+
+/// The columns of sensors that were recorded, if none of them ever changes.
+pub(crate) fn dead(log: &Log) -> Option<String> {
+    let sensors = [Column::Y, Column::PA, Column::PB, Column::PSup].into_iter();
+    let sensors: Vec<(Column, &[f64])> = sensors.filter_map(|c| Some((c, log.column(c)?))).collect();
+    let still = |values: &[f64]| frozen(values).len() == values.len();
+    let names: Vec<&str> = sensors.iter().map(|(column, _)| column.name()).collect();
+    (log.len() > 1 && sensors.iter().all(|(_, values)| still(values))).then(|| names.join(", "))
 }
 
 /// The longest run of rows in which a column keeps one value.

@@ -2,6 +2,7 @@
 //! others show in how badly the rig as stated predicts the log, and how well it does once the mistake is undone; signs and sides
 //! also in whether command, motion and pressures turn the same way, and gauge pressures in what the supply reads.
 
+use super::channels;
 use super::direction::agreement;
 use super::{Flaw, Weight};
 use crate::balances::observers;
@@ -24,12 +25,18 @@ struct Mistake {
 
 /// What contradicts the rig or itself.
 pub(crate) fn contradictions(rig: &RigFile, log: &Log) -> Vec<Flaw> {
+    if let Some(columns) = channels::dead(log) {
+        return vec![contradiction(
+            format!("no sensor changes from the first row to the last ({columns}): live ones have noise"),
+            "check the sensors' supply and what the logger is connected to".into(),
+        )];
+    }
     let units = units(rig, log);
     let misread = || turned(rig, log).or_else(|| supply_as_gauge(rig, log)).or_else(|| misread(rig, log));
     if units.is_empty() { misread().into_iter().collect() } else { units }
 }
 
-fn contradiction(problem: String, remedy: String) -> Flaw {
+pub(crate) fn contradiction(problem: String, remedy: String) -> Flaw {
     Flaw { weight: Weight::Contradiction, problem, remedy }
 }
 
@@ -193,7 +200,7 @@ fn misread(rig: &RigFile, log: &Log) -> Option<Flaw> {
 }
 
 /// The first part of a log, long enough to see motion both ways.
-fn excerpt(log: &Log) -> Log {
+pub(crate) fn excerpt(log: &Log) -> Log {
     let until = log.t_s.first().map_or(0.0, |t| t + constants::excerpt_s());
     let count = log.t_s.partition_point(|t| *t < until);
     let mut out = Log { t_s: log.t_s[..count].to_vec(), ..Log::default() };
@@ -226,6 +233,10 @@ fn gauges(rig: &RigFile, part: &Log) -> Vec<(bool, Mistake)> {
         undone: changed(part, changes),
     };
     let mut out = vec![(false, gauge("the chamber pressures", "[column.p_a_pa] and [column.p_b_pa]", &[a, b]))];
+    for (column, change) in [(Column::PA, a), (Column::PB, b)] {
+        let name = column.name();
+        out.push((false, gauge(&format!("the values of {name}"), &format!("[column.{name}]"), &[change])));
+    }
     if part.column(Column::PSup).is_some() {
         out.push((true, gauge("the values of p_sup_pa", "[column.p_sup_pa]", &[supply])));
         out.push((true, gauge("all pressures", "the three tables of pressures", &[a, b, supply])));

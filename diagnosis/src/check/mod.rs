@@ -6,6 +6,8 @@ mod direction;
 pub(crate) mod information;
 pub(crate) mod mapping;
 
+use crate::data::hum;
+use crate::data::outliers;
 use crate::data::prepare::prepare;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 pub use information::{Knowledge, Window};
@@ -49,6 +51,9 @@ pub struct Check {
 /// If the log allows no judgement at all.
 pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
     Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
+    let (log, outliers) = outliers::left_out(log);
+    let (log, hums) = hum::subtracted(log);
+    let log = log.as_ref();
     let mut findings: Vec<Flaw> = mapping::contradictions(rig, log);
     let rows = prepare(log, rig);
     if findings.is_empty() && rows.len() < LEAST_SAMPLES {
@@ -58,6 +63,8 @@ pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
     if findings.is_empty() {
         findings.extend(mapping::supply_in_doubt(rig, log));
     }
+    findings.extend(channels::isolated(&outliers));
+    findings.extend(hums.iter().map(channels::hum));
     findings.extend(channels::losses(rig, log, &rows));
     findings.sort_by_key(|finding| finding.weight);
     Ok(Check { findings, knowledge })

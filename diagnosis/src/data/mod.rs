@@ -2,8 +2,10 @@
 
 pub(crate) mod channel;
 pub(crate) mod grid;
+pub(crate) mod hum;
 pub(crate) mod masks;
 pub(crate) mod noise;
+pub(crate) mod outliers;
 pub(crate) mod prepare;
 pub(crate) mod quality;
 pub(crate) mod record;

@@ -28,6 +28,8 @@ pub struct Quality {
     pub samples: usize,
     /// Rows left out because a measured column was blank.
     pub blank_rows: usize,
+    /// Single readings left out, far from all their neighbours.
+    pub isolated_readings: usize,
     /// Interruptions (missing rows), not bridged.
     pub interruptions: usize,
     /// Usual sampling interval, s.

@@ -1,6 +1,7 @@
 //! From a hypothesis to its maximum a posteriori estimate with standard errors.
 
 pub(crate) mod between_rows;
+pub(crate) mod clocks;
 pub(crate) mod coordinate_search;
 pub(crate) mod covariance;
 pub(crate) mod derivatives;

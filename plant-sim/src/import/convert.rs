@@ -77,7 +77,12 @@ impl Mapping {
         }
         let (columns, count) = (table.values, table.count);
         self.say(&count, &mut notes);
-        let log = self.assemble(&rules, columns, file)?;
+        let mut log = self.assemble(&rules, columns, file)?;
+        for rule in rules.iter().filter(|rule| rule.shift_s != 0.0) {
+            if let Some(column) = rule.target {
+                log.set(column, log.shifted(column, rule.shift_s));
+            }
+        }
         for column in Column::ALL {
             let Some(values) = log.column(column) else { continue };
             let blank = values.iter().filter(|value| value.is_nan()).count();

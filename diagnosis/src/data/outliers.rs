@@ -1,0 +1,106 @@
+//! Single readings that no signal can have: far from all their neighbours, which agree.
+
+use super::noise;
+use crate::constants;
+use rig_files::{Column, Log};
+use std::borrow::Cow;
+
+/// The columns of sensors. A command may well be a pulse.
+const SENSORS: [Column; 4] = [Column::Y, Column::PA, Column::PB, Column::PSup];
+/// Neighbours on either side.
+const REACH: usize = 2;
+
+/// A reading that was left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Outlier {
+    pub(crate) column: Column,
+    /// When, s.
+    pub(crate) t_s: f64,
+    pub(crate) value: f64,
+    /// The middle of its neighbours.
+    pub(crate) expected: f64,
+}
+
+/// The log without such readings: blank, as missing ones are.
+pub(crate) fn left_out(log: &Log) -> (Cow<'_, Log>, Vec<Outlier>) {
+    let (mut cleaned, mut all) = (Cow::Borrowed(log), Vec::new());
+    for column in SENSORS {
+        let Some(values) = log.column(column) else { continue };
+        let found = isolated(values);
+        if found.is_empty() {
+            continue;
+        }
+        let mut kept = values.to_vec();
+        for (k, expected) in found {
+            all.push(Outlier { column, t_s: log.t_s[k], value: values[k], expected });
+            kept[k] = f64::NAN;
+        }
+        cleaned.to_mut().set(column, Some(kept));
+    }
+    (cleaned, all)
+}
+
+/// The places of isolated readings, each with what is expected there: a Hampel identifier (Hampel 1974) about the straight line
+/// through the neighbours, whose scale is their own distance from it and the column's noise, so that motion between distant rows
+/// is none.
+fn isolated(values: &[f64]) -> Vec<(usize, f64)> {
+    let live = values.chunk_by(|one, other| one.is_finite() == other.is_finite()).filter(|run| run[0].is_finite());
+    let noise = noise::estimate(live);
+    let least = noise.standard_deviation.max(noise.resolution);
+    let far = |window: &[f64]| -> Option<f64> {
+        let value = window[REACH];
+        let neighbours = [(-2.0, window[0]), (-1.0, window[1]), (1.0, window[3]), (2.0, window[4])];
+        // A quick look first: almost every reading is close to the one before it.
+        let close = (value - window[1]).abs() <= constants::outlier() * least;
+        if close || neighbours.iter().any(|(_, x)| !x.is_finite()) {
+            return None;
+        }
+        let expected = neighbours.iter().map(|(_, x)| x).sum::<f64>() / 4.0;
+        let slope = neighbours.iter().map(|(place, x)| place * x).sum::<f64>() / 10.0;
+        let off = |(place, x): &(f64, f64)| (x - expected - slope * place).abs();
+        let scale = neighbours.iter().map(off).fold(least, f64::max);
+        (scale > 0.0 && (value - expected).abs() > constants::outlier() * scale).then_some(expected)
+    };
+    let windows = values.windows(2 * REACH + 1).enumerate();
+    windows.filter_map(|(k, window)| Some((k + REACH, far(window)?))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+
+    /// A moving signal with noise.
+    fn signal(rows: usize, step: f64) -> Vec<f64> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        (0..rows).map(|k| (step * k as f64).sin() + 1.0e-3 * rng.sample::<f64, _>(StandardNormal)).collect()
+    }
+
+    #[test]
+    fn a_reading_far_from_neighbours_that_agree_is_left_out_and_nothing_else() {
+        let mut y = signal(20_000, 0.002);
+        assert!(isolated(&y).is_empty());
+        (y[5_000], y[9_000]) = (y[5_000] + 0.2, -3.0e5);
+        assert_eq!(isolated(&y).iter().map(|(k, _)| *k).collect::<Vec<_>>(), [5_000, 9_000]);
+        let log = Log { t_s: (0..y.len()).map(|k| k as f64 * 1.0e-3).collect(), y_m: y, ..Log::default() };
+        let (cleaned, found) = left_out(&log);
+        assert!(cleaned.y_m[5_000].is_nan() && cleaned.y_m[5_001].is_finite());
+        assert!(
+            (found[0].t_s, found[0].column) == (5.0, Column::Y) && (found[1].expected - log.y_m[8_999]).abs() < 0.01
+        );
+    }
+
+    #[test]
+    fn fast_motion_between_distant_rows_a_step_and_the_codes_of_a_coarse_converter_are_none() {
+        // A few rows for each swing.
+        assert!(isolated(&signal(2_000, 1.3)).is_empty());
+        // A step that stays.
+        let step: Vec<f64> = signal(2_000, 0.0).iter().enumerate().map(|(k, y)| y + f64::from(k > 700)).collect();
+        assert!(isolated(&step).is_empty());
+        // One code up and back, on a signal that rests.
+        let coarse: Vec<f64> = (0..2_000).map(|k| 0.01 * f64::from(u8::from(k % 7 == 0))).collect();
+        assert!(isolated(&coarse).is_empty());
+    }
+}

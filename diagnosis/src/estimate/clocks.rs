@@ -1,0 +1,116 @@
+//! Columns that were stamped by different clocks: a position too early, a command too late. A delay of the rig does neither; the
+//! other ways round are effects of the catalogue, `position-delay` and `line-delay`.
+
+use super::effort::Effort;
+use super::likelihood::COST_OF_NOISE;
+use super::problem::{Fit, Problem};
+use crate::balances::shared::Signals;
+use crate::check::{Flaw, mapping};
+use crate::constants;
+use crate::data::channel::Channels;
+use crate::data::grid::{Between, refined};
+use crate::data::prepare::prepare;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Parameter;
+use rayon::prelude::*;
+use rig_files::{Column, Log, RigFile};
+
+/// The shifts looked for first, in rows: nothing between rows is known without its noise.
+const ROWS: [i32; 7] = [1, 2, 4, 8, 16, 32, 64];
+/// The part of what was beyond noise that may be left: a shift of 1 to 3 ms leaves 0 to 14 % of it in null logs, and effects of the catalogue
+/// are not mistaken for one.
+const MOST_LEFT: f64 = 0.2;
+/// How often nominal values and shift are corrected in turn: each takes up a part of the other.
+const REFITS: usize = 6;
+
+/// A part of a log as it is read with some shift: what is left beyond noise, in units of noise.
+struct Reading<'a> {
+    rig: &'a RigFile,
+    part: Log,
+    judgeable: Channels,
+    nominal: &'a [Parameter],
+}
+
+/// A shift, s, what the nominal values are with it, and what is left beyond noise, over noise.
+#[derive(Clone)]
+struct Shift {
+    later_s: f64,
+    nominal: Hypothesis,
+    left: f64,
+    /// What noise would cost: how much of the log is judged.
+    noise: f64,
+}
+
+impl Reading<'_> {
+    /// The misfit with a column shifted, after so many steps of a fit of the nominal values.
+    fn with(&self, column: Column, later_s: f64, nominal: &Hypothesis, steps: usize) -> Option<Shift> {
+        let mut log = self.part.clone();
+        log.set(column, self.part.shifted(column, later_s));
+        let record = refined(prepare(&log, self.rig), Between::Held);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((self.rig, &record), self.judgeable, self.nominal, (&signals, &effort));
+        let fit: Fit = problem.refit(nominal.clone(), self.judgeable, steps)?;
+        let noise = 2.0 * COST_OF_NOISE * problem.noise_cost(self.judgeable);
+        let left = fit.undispersed() / noise - 1.0;
+        Some(Shift { later_s, nominal: fit.hypothesis, left, noise })
+    }
+
+    /// The shift of a column that leaves least, if it takes at least a fifth away: nominal values have taken up a part of it.
+    fn best(&self, column: Column, sign: f64, as_is: &Shift) -> Option<Shift> {
+        self.part.column(column)?;
+        let row_s = sign * self.part.period_s();
+        let with = |rows: i32, from: &Hypothesis, steps| {
+            let shift = self.with(column, f64::from(rows) * row_s, from, steps)?;
+            // A log of which less can be judged is not understood better.
+            (shift.noise > 0.9 * as_is.noise).then_some((rows, shift))
+        };
+        let less = |one: &(i32, Shift), other: &(i32, Shift)| one.1.left.total_cmp(&other.1.left);
+        let coarse = ROWS.into_par_iter().filter_map(|rows| with(rows, &as_is.nominal, 0));
+        let mut best = coarse.min_by(less).filter(|(_, best)| best.left < 0.8 * as_is.left)?;
+        for _ in 0..REFITS {
+            let (from, reach) = (best.1.nominal.clone(), (best.0 / 4).max(1));
+            let beside = [-reach, 0, reach].map(|by| best.0 + by).into_par_iter().filter(|rows| *rows > 0);
+            best = beside.filter_map(|rows| with(rows, &from, constants::first_iterations())).min_by(less)?;
+        }
+        // Between rows the misfit is a parabola.
+        let (rows, best) = best;
+        let beside = [rows - 1, rows + 1].map(|rows| with(rows, &best.nominal, constants::first_iterations()));
+        let [Some((_, before)), Some((_, after))] = beside else { return None };
+        let (slope, bend) = (0.5 * (after.left - before.left), after.left - 2.0 * best.left + before.left);
+        let beyond = if bend > 0.0 { (-slope / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        let left = best.left + beyond * (slope + 0.5 * bend * beyond);
+        Some(Shift { later_s: (f64::from(rows) + beyond) * row_s, left, ..best })
+    }
+}
+
+/// The shift of a column that, undone, takes nearly all that the rig with its nominal values corrected misses beyond noise.
+pub(crate) fn late_or_early(
+    rig: &RigFile,
+    log: &Log,
+    (judgeable, nominal): (Channels, &[Parameter]),
+    fitted: &Hypothesis,
+) -> Option<Flaw> {
+    let reading = Reading { rig, part: mapping::excerpt(log), judgeable, nominal };
+    let as_is = reading.with(Column::Y, 0.0, fitted, 0)?;
+    // What is like noise needs no shift.
+    if as_is.left < constants::like_noise() - 1.0 {
+        return None;
+    }
+    let columns = [(Column::Y, 1.0, "early"), (Column::U, -1.0, "late")].into_iter();
+    let shifts = columns.filter_map(|(column, sign, word)| Some((reading.best(column, sign, &as_is)?, column, word)));
+    let (best, column, word) = shifts.min_by(|one, other| one.0.left.total_cmp(&other.0.left))?;
+    (best.left < MOST_LEFT * as_is.left).then(|| {
+        let name = column.name();
+        mapping::contradiction(
+            format!(
+                "{name} seems to be stamped {:.1} ms too {word} against the other columns; put right, the rig predicts the log nearly as \
+                 well as its noise allows",
+                best.later_s.abs() * 1.0e3
+            ),
+            format!(
+                "record all columns by one clock, or write `shift_s = {:.4}` under [column.{name}] in the mapping",
+                best.later_s
+            ),
+        )
+    })
+}
