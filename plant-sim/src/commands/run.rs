@@ -134,6 +134,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn check(arguments: &Arguments) -> Result<(), CliError> {
     super::in_range("--duration", arguments.duration, 0.1, 600.0, "seconds")?;
+    if let Some(gain) = arguments.gain {
+        let gains = &Key::gain_v_per_m.row().limits;
+        super::in_range("--gain", gain.into(), gains.low, gains.high, gains.unit)?;
+    }
     let positions = &Key::position_range_m.row().limits;
     super::in_range("--target", arguments.target, positions.low, positions.high, "metres from mid-stroke")?;
     super::in_range("--noise-position", arguments.noise_position, 0.0, 0.1, "metres")?;

@@ -8,7 +8,7 @@ use plant_sim::metrics::StepMetrics;
 use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, response, run_all, within_tolerance};
 use plant_sim::{LoopSettings, MonitorAction, controller};
 use report_html::{Page, Plot, Series, Table};
-use rig_files::{InputError, write_file};
+use rig_files::{InputError, Short, write_file};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -220,7 +220,7 @@ fn variation(text: &str) -> Result<Variation, String> {
 
 fn refused(keys: &[Key], job: &Job, error: &str) -> CliError {
     let values: Vec<String> =
-        keys.iter().zip(&job.values).map(|(key, value)| format!("{} = {value}", key.name())).collect();
+        keys.iter().zip(&job.values).map(|(key, value)| format!("{} = {}", key.name(), Short(*value))).collect();
     CliError::Input(InputError::new("--vary", format!("{} is refused: {error}", values.join(", ")), "narrow the range"))
 }
 

@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "COUNT", num_args = 0..=1, default_missing_value = "1")]
     hidden: Option<u8>,
     /// Strength of drawn effects: 1 is everyday, 0.25 weak
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
     strength: f64,
     /// Write the hidden effects to this file (TOML); without it they are written nowhere
     #[arg(long, value_name = "FILE")]
@@ -46,16 +46,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FAMILY", default_value = "mixed", value_parser = family)]
     experiment: Family,
     /// Duration
-    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = duration)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = duration, allow_negative_numbers = true)]
     duration: f64,
     /// Relative standard error of flow coefficients, volumes, mass and friction in the rig file
-    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio)]
+    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio, allow_negative_numbers = true)]
     nominal_error: f64,
     /// Standard deviation of pressure noise
-    #[arg(long, value_name = "PA", default_value_t = 600.0, value_parser = not_negative)]
+    #[arg(long, value_name = "PA", default_value_t = 600.0, value_parser = not_negative, allow_negative_numbers = true)]
     pressure_noise: f64,
     /// Standard deviation of position noise
-    #[arg(long, value_name = "M", default_value_t = 0.05e-3, value_parser = not_negative)]
+    #[arg(long, value_name = "M", default_value_t = 0.05e-3, value_parser = not_negative, allow_negative_numbers = true)]
     position_noise: f64,
     /// Bits of the pressure converter over 10 bar
     #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(4..=24))]
@@ -64,16 +64,16 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..=24))]
     position_bits: u32,
     /// Standard deviation of the sampling period, relative
-    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio)]
+    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio, allow_negative_numbers = true)]
     jitter: f64,
     /// Stretches of missing rows per second
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative, allow_negative_numbers = true)]
     lost_rows: f64,
     /// Stretches of blank fields per second and column
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative, allow_negative_numbers = true)]
     blanks: f64,
     /// Cut this much off the beginning, so that the log begins while the rig is at work
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = not_negative, allow_negative_numbers = true)]
     begins: f64,
     /// Columns to record in addition to t_s and y_m
     #[arg(long, value_delimiter = ',', value_parser = column, default_value = "u_v,p_a_pa,p_b_pa,p_sup_pa,y_ref_m")]
@@ -122,6 +122,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.begins > arguments.duration - 1.0 {
         let message = "--begins must leave a second of --duration to record";
         return Err(CliError::Usage(message.into()));
+    }
+    for out in std::iter::once(&arguments.out).chain(&arguments.truth) {
+        super::keeps([&*arguments.rig.rig], out)?;
     }
     let rig_file = super::read_rig(&arguments.rig.rig)?;
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());

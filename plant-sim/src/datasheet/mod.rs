@@ -5,7 +5,7 @@ mod page;
 pub mod valves;
 
 use plant_model::{Effect, OpeningTable, Rig};
-use rig_files::RigFile;
+use rig_files::{RigFile, Short};
 use std::f64::consts::PI;
 use valves::{FLOW_TOLERANCE, HYSTERESIS, LAG_TOLERANCE, STROKE_V, Valve, conductance_of_flow};
 
@@ -103,6 +103,7 @@ impl SetUp {
             if (low..=high).contains(&value) {
                 Ok(())
             } else {
+                let [value, low, high] = [value, low, high].map(Short);
                 Err(format!("{name} {value} must lie from {low} to {high} {unit}; check the unit"))
             }
         };
