@@ -54,13 +54,12 @@ impl Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let rig = super::read_rig(&arguments.rig.rig)?;
+    // Before the work, whose result could not be kept.
     let inputs = [&arguments.rig.rig, &arguments.log].into_iter().chain(&arguments.map);
     for result in [EXTENDED_RIG, REPORT, CONTROLLER, DIAGNOSIS] {
-        super::keeps(inputs.clone().map(PathBuf::as_path), &arguments.out.join(result))?;
+        super::can_be_written(&arguments.out.join(result), inputs.clone().map(PathBuf::as_path))?;
     }
     let log = super::read_log(&arguments.log, arguments.map.as_deref())?.log;
-    // Before the work, whose result could not be kept.
-    super::can_be_a_folder(&arguments.out)?;
     let suspicions = log.suspicions(&rig);
     for suspicion in &suspicions {
         eprintln!("warning: {suspicion}");

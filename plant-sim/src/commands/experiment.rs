@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(out) = &arguments.out {
-        super::keeps([&*arguments.rig.rig], out)?;
+        super::can_be_written(out, [&*arguments.rig.rig])?;
     }
     let rig = super::read_rig(&arguments.rig.rig)?;
     let law = Law::for_rig(&rig.rig, 1.0);

@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let (Some(map), Some(from), Some(out)) = (&arguments.map, &arguments.from, &arguments.out) else {
         return Err(CliError::Usage("--map, --from and --out are needed".into()));
     };
-    super::keeps([&**map, &**from].into_iter().chain(arguments.rig.as_deref()), out)?;
+    super::can_be_written(out, [&**map, &**from].into_iter().chain(arguments.rig.as_deref()))?;
     let Imported { log, notes } = Mapping::read(map)?.import(from)?;
     if let Some(rig) = &rig {
         for suspicion in log.suspicions(rig) {

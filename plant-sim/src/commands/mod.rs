@@ -121,24 +121,27 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), CliError> {
     std::fs::create_dir_all(path).map_err(|error| InputError::unwritable(&path.display().to_string(), &error).into())
 }
 
-/// Refuses an output folder of which a part is a file; makes nothing.
-pub(crate) fn can_be_a_folder(path: &Path) -> Result<(), CliError> {
-    match path.ancestors().find(|part| part.exists()) {
-        Some(part) if !part.is_dir() => {
-            Err(InputError::unwritable(&path.display().to_string(), &ErrorKind::NotADirectory.into()).into())
-        }
-        _ => Ok(()),
+/// Refuses an output file that cannot be one, or that the command reads: it could not be made again from the result.
+pub(crate) fn can_be_written<'a>(out: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
+    let refused = |why: ErrorKind| Err(InputError::unwritable(&out.display().to_string(), &why.into()).into());
+    let made = out.ancestors().skip(1).find(|folder| folder.exists());
+    if made.is_some_and(|folder| !folder.is_dir()) {
+        return refused(ErrorKind::NotADirectory);
     }
-}
-
-/// Refuses to write over a file that the command reads: it could not be made again from the result.
-pub(crate) fn keeps<'a>(inputs: impl IntoIterator<Item = &'a Path>, out: &Path) -> Result<(), CliError> {
-    let Ok(written) = out.canonicalize() else { return Ok(()) };
-    if !written.is_file() || inputs.into_iter().all(|input| input.canonicalize().ok().as_ref() != Some(&written)) {
+    let Ok(present) = out.canonicalize() else { return Ok(()) };
+    if present.is_dir() {
+        return refused(ErrorKind::IsADirectory);
+    }
+    if !present.is_file() || inputs.into_iter().all(|input| input.canonicalize().ok().as_ref() != Some(&present)) {
         return Ok(());
     }
     let remedy = "choose another name with --out";
     Err(InputError::new(out.display().to_string(), "is read, and the result would take its place", remedy).into())
+}
+
+/// A number of the command line.
+pub(crate) fn plain_number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| "write a plain number, without its unit".to_string())
 }
 
 /// Refuses a number outside its range (NaN included).

@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("html"));
     let inputs = || [Some(&arguments.log), arguments.map.as_ref(), arguments.rig.as_ref()].into_iter().flatten();
     for out in [Some(&out), arguments.svg.as_ref()].into_iter().flatten() {
-        super::keeps(inputs().map(PathBuf::as_path), out)?;
+        super::can_be_written(out, inputs().map(PathBuf::as_path))?;
     }
     let Imported { log, notes } = super::read_log(&arguments.log, arguments.map.as_deref())?;
     let mut page = Page::new(arguments.log.display().to_string());

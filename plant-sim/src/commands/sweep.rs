@@ -38,19 +38,19 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "RANGE", allow_hyphen_values = true)]
     vary: Vec<String>,
     /// Monte Carlo with this many runs instead of a grid
-    #[arg(long, value_name = "RUNS")]
+    #[arg(long, value_name = "RUNS", allow_negative_numbers = true)]
     samples: Option<usize>,
     /// Also draw all nominal values within their tolerance (Monte Carlo only)
     #[arg(long, requires = "samples")]
     tolerance: bool,
     /// Seed of everything random
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Target position, m from mid-stroke
-    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true, value_parser = super::plain_number)]
     target: f64,
     /// Length of each run, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true, value_parser = super::plain_number)]
     duration: f64,
     /// What the controller's model monitor does when the plant contradicts its nominal values. On the board it trips
     #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
