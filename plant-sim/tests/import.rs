@@ -94,6 +94,8 @@ const GOOD: &[Good] = &[
     ("", SECONDS, "t [ms],y,p\n0,1,2\n5,2,2\n", &[0.0, 0.005], &[1.0, 2.0]),
     // Spreadsheets break the lines of long names.
     ("", SECONDS, "t,\"y\n[mm]\",p\n0,1,2\n1,2,2\nt,\"y\n[mm]\",p\n", &[0.0, 1.0], &[1.0, 2.0]),
+    // Inches.
+    ("", SECONDS, "t,y,p,valve\n0,1,2,1/4\" body\n1,2,2,1/4\" body\n", &[0.0, 1.0], &[1.0, 2.0]),
     // A last line that was not written to its end, between quotes or not.
     ("", SECONDS, "t,y,p\n0,1,2\n1,2,2\n2,\"3", &[0.0, 1.0], &[1.0, 2.0]),
     ("", SECONDS, "\"t\",\"y\",\"p\"\n\"0\",\"1\",\"2\"\n\"1\",\"2\",\"2\"\n\"2\",\"3\",\"1", &[0.0, 1.0], &[1.0, 2.0]),
@@ -168,7 +170,7 @@ fn an_empty_column_beside_others_is_said() {
     let more = "unit = \"bar\"\n[column.u_v]\nfrom = \"u\"";
     let Imported { log, notes } = convert(&mapping("", SECONDS, more), b"t,y,p,u\n0,1,2,\n1,2,2,-\n").expect("a log");
     assert_eq!(log.u_v, None);
-    let said = "column `u`, which map.toml takes for u_v, has no sample in any row";
+    let said = "no row has a sample in column `u`, which map.toml takes for u_v";
     assert!(notes.iter().any(|note| note == said), "{notes:?}");
 }
 
@@ -284,13 +286,16 @@ const BAD: &[Bad] = &[
         "",
         SECONDS,
         "t,y,p\n0,,2\n1,n/a,2\n",
-        &[
-            "column `y`, which map.toml takes for y_m, has no sample in any row",
-            "`from` under [column.y_m] in map.toml",
-        ],
+        &["no row has a sample in column `y`, which map.toml takes for y_m", "`from` under [column.y_m] in map.toml"],
     ),
-    ("", SECONDS, "t,y,p\n0,1,\n1,1,\n", &["column `p`", "p_a_pa, has no sample in any row"]),
-    ("", SECONDS, "t,y,p\n,1,2\n,1,2\n", &["column `t`", "t_s, has no sample in any row"]),
+    (
+        "",
+        "from = [\"d\", \"t\"]\ntime = \"datetime\"",
+        "d,t,y,p\n,,1,2\n,,1,2\n",
+        &["no row has a sample in column `d` and `t`", "[column.t_s]"],
+    ),
+    ("", SECONDS, "t,y,p\n0,1,\n1,1,\n", &["no row has a sample in column `p`"]),
+    ("", SECONDS, "t,y,p\n,1,2\n,1,2\n", &["no row has a sample in column `t`"]),
     ("", SECONDS, "t,y,p\n1e300,1,2\n-1e300,1,2\n", &["line 3", "goes from 1e300 s to -1e300 s"]),
     ("", SECONDS, "t,y,p\n0,1,2\n1,1,Inf\n", &["no finite number", "`missing = [\"Inf\"]`"]),
     ("", SECONDS, "t,y,p\n0,1,2\n1,1,1e999\n", &["no finite number"]),

@@ -2,7 +2,7 @@
 
 use super::cells::Cell;
 use super::hints::{self, Place};
-use super::separator::{Separator, clean};
+use super::separator::{LOOKED_AT, Separator, clean};
 use super::stamps::{self, DAY_NS, SECOND_NS};
 use super::units::{self, Quantity};
 use super::{ColumnRule, Mapping, Source, TimeCells};
@@ -170,12 +170,14 @@ impl Mapping {
         log.t_s = values.next().unwrap_or_default();
         let of_rule = |of: Option<Column>| rules.iter().zip(found).find(|(rule, _)| rule.target == of);
         let empty = |(rule, found): (&ColumnRule, &Found)| {
-            let column = match found {
-                Found::At(place) => format!("column {}", source.column(*place)),
-                Found::Joined(_) | Found::Constant(_) => "what".into(),
+            let places = match found {
+                Found::At(place) => std::slice::from_ref(place),
+                Found::Joined(places) => places,
+                Found::Constant(_) => &[],
             };
-            let name = rule.name;
-            let problem = format!("{column}, which {} takes for {name}, has no sample in any row", self.file);
+            let columns: Vec<String> = places.iter().map(|place| source.column(*place)).collect();
+            let (name, columns) = (rule.name, columns.join(" and "));
+            let problem = format!("no row has a sample in column {columns}, which {} takes for {name}", self.file);
             let remedy = format!("record it, or let `from` under [column.{name}] in {} name another column", self.file);
             InputError::new(file, problem, remedy)
         };
@@ -220,8 +222,8 @@ impl Mapping {
         // This separator first: then a line to be skipped is all that is wrong.
         let others = Separator::ALL.into_iter().filter(|other| *other != self.separator);
         let header = std::iter::once(self.separator).chain(others).find_map(|separator| {
-            let at = source.lines.iter().position(|line| names_all(&separator.cells(line)))?;
-            Some((separator, source.numbers[at] - 1))
+            let at = source.lines.iter().take(LOOKED_AT).position(|line| names_all(&separator.cells(line)))?;
+            Some((separator, source.numbers[at] - 1)).filter(|found| *found != (self.separator, self.skip_lines as u64))
         });
         let cut = || self.separator.other(|other| source.names.len() == 1 && source.is_cut_by(other, 2));
         let header = header.or_else(|| Some((cut()?, self.skip_lines as u64)));
@@ -409,7 +411,7 @@ impl<'a> Rows<'a> {
             }
         }
         // A quote that the last line leaves open is cut off, too, and the number behind it.
-        let open = || self.source.lines.last().is_some_and(|line| line.matches('"').count() % 2 == 1);
+        let open = || self.source.lines.last().is_some_and(|line| self.mapping.separator.leaves_open(line));
         if last && (fields.len() < self.before || open()) {
             self.count.cut_off = true;
             return Ok(());

@@ -7,6 +7,8 @@ pub(super) enum Separator {
     Blanks,
 }
 
+/// Lines that are looked at to find the separator, or the header.
+pub(super) const LOOKED_AT: usize = 1000;
 /// Their names in a mapping, and the characters themselves.
 const NAMES: [(&str, &str, Separator); 4] = [
     ("comma", ",", Separator::Byte(b',')),
@@ -37,16 +39,26 @@ impl Separator {
         if !line.contains('"') {
             return line.split(char::from(byte)).map(clean).collect();
         }
-        let mut reader = csv::ReaderBuilder::new();
-        let reader = reader.delimiter(byte).has_headers(false).flexible(true).from_reader(line.as_bytes());
-        let record = reader.into_records().next().and_then(Result::ok).unwrap_or_default();
-        record.iter().map(clean).collect()
+        first_row(byte, line).iter().map(clean).collect()
+    }
+
+    /// Whether a quote opens in a line and is not closed in it.
+    pub(super) fn leaves_open(self, line: &str) -> bool {
+        let Self::Byte(byte) = self else { return false };
+        // A line below would belong to the same cell.
+        line.contains('"') && first_row(byte, &format!("{line}\n-")).as_slice().contains('\n')
     }
 
     /// Another separator that does what is wanted.
     pub(super) fn other(self, wanted: impl Fn(Self) -> bool) -> Option<Self> {
         Self::ALL.into_iter().find(|other| *other != self && wanted(*other))
     }
+}
+
+fn first_row(byte: u8, text: &str) -> csv::StringRecord {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader.delimiter(byte).has_headers(false).flexible(true).from_reader(text.as_bytes());
+    reader.into_records().next().and_then(Result::ok).unwrap_or_default()
 }
 
 /// A cell without blanks and quotes around it.

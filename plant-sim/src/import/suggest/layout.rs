@@ -1,11 +1,9 @@
 //! Where the table is in the file: separator, decimal sign, header, units, first row.
 
 use super::super::cells::Numbers;
-use super::super::separator::Separator;
+use super::super::separator::{LOOKED_AT, Separator};
 use super::super::{stamps, units};
 
-/// Lines that are looked at to find the separator.
-const LOOKED_AT: usize = 1000;
 /// Part of the cells of a row that are numbers, times or missing.
 const ROW_LIKE: f64 = 0.6;
 /// The table begins where so many rows follow upon each other, or all that are left.
