@@ -377,7 +377,7 @@ fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
             if !matches!(class, Class::Null | Class::Single | Class::Pairs | Class::Unknown) {
                 continue;
             }
-            let told = |name: &str| found.knowledge.iter().find(|k| k.name == name).is_some_and(|k| k.is_told());
+            let told = |name: &str| found.knowledge.iter().find(|k| k.name == name).is_some_and(|k| k.told);
             assert!(told("valve-dead-zone") && told("leak-cross-piston"), "{plan}");
         }
     }

@@ -29,7 +29,7 @@ mod limits;
 mod value;
 
 pub use limits::{Limits, Must, ParameterError, Row};
-pub use value::{End, Field, Value};
+pub use value::{End, Field, Short, Value};
 
 /// Declares a struct of parameters and its table.
 ///

@@ -135,7 +135,7 @@ pub struct ParameterError {
 
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {} must {}", self.key, self.value, self.must)
+        write!(f, "{} = {} must {}", self.key, Short(self.value), self.must)
     }
 }
 

@@ -2,13 +2,44 @@
 
 use core::fmt;
 
-/// A number in few characters: powers of ten where zeros would have to be counted.
-pub(crate) struct Short(pub(crate) f32);
+/// A number as messages show it: powers of ten where zeros would have to be counted, and for what is
+/// very large.
+///
+/// A precision (`{:.2}`) is the number of decimals; a power of ten has three of them then.
+///
+/// ```
+/// use parameter_table::Short;
+/// assert_eq!(Short(10.125).to_string(), "10.125");
+/// assert_eq!(Short(361_755.1).to_string(), "361755.1");
+/// assert_eq!(Short(1.2e6).to_string(), "1.2e6");
+/// assert_eq!(Short(1.0e300).to_string(), "1e300");
+/// assert_eq!(format!("{:.2}", Short(-1.0e300 / 7.0)), "-1.429e299");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Short<T>(pub T);
 
-impl fmt::Display for Short {
+/// Smaller numbers begin with zeros that have to be counted.
+const SMALL: f64 = 1.0e-3;
+/// From here on, a number that ends with zeros ends with too many.
+const MANY_PLACES: f64 = 1.0e5;
+/// Multiples of it end with zeros.
+const ROUND: f64 = 1.0e3;
+/// Of larger numbers the size is read, not the digits.
+const LARGE: f64 = 1.0e10;
+
+impl<T: Copy + Into<f64> + fmt::Display + fmt::LowerExp> fmt::Display for Short<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        if size == 0.0 || (1.0e-3..1.0e5).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+        let number = self.0;
+        let size = number.into().abs();
+        let round = size >= MANY_PLACES && size % ROUND == 0.0;
+        let plain = size == 0.0 || (SMALL..LARGE).contains(&size) && !round;
+        match (f.precision(), plain) {
+            (None, true) => write!(f, "{number}"),
+            (None, false) => write!(f, "{number:e}"),
+            (Some(decimals), true) => write!(f, "{number:.decimals$}"),
+            (Some(_), false) if size.is_finite() => write!(f, "{number:.3e}"),
+            (Some(_), false) => write!(f, "{number}"),
+        }
     }
 }
 

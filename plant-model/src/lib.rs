@@ -50,7 +50,7 @@ pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{
     BOTH_SIDES, Cylinder, Friction, Gas, Hoses, Limits, Load, Must, ParameterError, Place, RIG_KEYS, RIG_NUMBERS, Rig,
-    RigKey, Supply, Valve, all_keys, rig_key,
+    RigKey, Short, Supply, Valve, all_keys, rig_key,
 };
 pub use simulator::Simulator;
 pub use stepper::{Stepper, Tolerance};

@@ -6,7 +6,7 @@
 use crate::hose;
 use crate::opening_table::{OPENING_POINTS, OpeningTable};
 use crate::real::Real;
-pub use parameter_table::{Limits, Must, ParameterError};
+pub use parameter_table::{Limits, Must, ParameterError, Short};
 
 /// The full name of a key: that of its field, unless another is given.
 macro_rules! path {

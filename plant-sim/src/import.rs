@@ -7,6 +7,7 @@
 mod cells;
 mod convert;
 mod hints;
+mod separator;
 mod stamps;
 pub mod suggest;
 mod text;
@@ -14,7 +15,8 @@ mod units;
 
 use cells::Numbers;
 pub use convert::Imported;
-use rig_files::{Column, Document, Entry, InputError, Log, read_text};
+use rig_files::{Column, Document, Entry, InputError, Log, Short, read_text};
+use separator::Separator;
 use std::path::Path;
 use units::Quantity;
 
@@ -31,12 +33,6 @@ pub struct Mapping {
     interval_s: Option<f64>,
     rebase_time: bool,
     columns: Vec<ColumnRule>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Separator {
-    Byte(u8),
-    Blanks,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -101,16 +97,6 @@ const SOURCE_KEYS: [&str; 12] = [
 ];
 const COLUMN_KEYS: [&str; 10] =
     ["from", "value", "unit", "sign", "offset", "gauge", "points", "shift_s", "time", "format"];
-const SEPARATORS: [(&str, Separator); 8] = [
-    ("comma", Separator::Byte(b',')),
-    (",", Separator::Byte(b',')),
-    ("semicolon", Separator::Byte(b';')),
-    (";", Separator::Byte(b';')),
-    ("tab", Separator::Byte(b'\t')),
-    ("\t", Separator::Byte(b'\t')),
-    ("space", Separator::Blanks),
-    (" ", Separator::Blanks),
-];
 /// Beyond this, s, a column belongs to another part of the recording.
 const MOST_SHIFT_S: f64 = 1.0;
 /// What a draft writes where it leaves a choice.
@@ -190,8 +176,7 @@ impl Mapping {
             match entry.name {
                 "separator" => {
                     let name = entry.string()?;
-                    let known = SEPARATORS.iter().find(|(known, _)| *known == name);
-                    self.separator = known.map(|(_, separator)| *separator).ok_or_else(|| {
+                    self.separator = Separator::from_name(name).ok_or_else(|| {
                         entry.error(
                             format!("= \"{}\" is not known", name.escape_debug()),
                             "use \"comma\", \"semicolon\", \"tab\" or \"space\"",
@@ -227,7 +212,7 @@ impl Mapping {
                     let interval_s = if entry.name == "rate_hz" { 1.0 / value } else { value };
                     if !(1.0e-7..=10.0).contains(&interval_s) {
                         let remedy = "give interval_s in seconds, 0.001 for 1 kHz, or rate_hz in Hz";
-                        return Err(entry.error(format!("= {value} is not plausible"), remedy));
+                        return Err(entry.error(format!("= {} is not plausible", Short(value)), remedy));
                     }
                     if self.interval_s.replace(interval_s).is_some() {
                         return Err(entry.error("is there beside the other", "remove `interval_s` or `rate_hz`"));
@@ -236,7 +221,8 @@ impl Mapping {
                 "atmosphere_pa" => {
                     let value = entry.number()?;
                     if !(1.0e4..=1.2e5).contains(&value) {
-                        return Err(entry.error(format!("= {value} is not plausible"), "give it in Pa, about 1.013e5"));
+                        let problem = format!("= {} is not plausible", Short(value));
+                        return Err(entry.error(problem, "give it in Pa, about 1.013e5"));
                     }
                     *atmosphere_pa = Some(value);
                 }
@@ -333,7 +319,7 @@ fn column_rule(entry: &Entry<'_>, header: bool, atmosphere_pa: Option<f64>) -> R
                 rule.sign = key.number()?;
                 if rule.sign.abs() != 1.0 {
                     let remedy = "scale with `unit` or `points` instead";
-                    return Err(key.error(format!("= {} must be 1 or -1", rule.sign), remedy));
+                    return Err(key.error(format!("= {} must be 1 or -1", Short(rule.sign)), remedy));
                 }
             }
             "offset" => rule.offset += key.number()?,
@@ -414,13 +400,7 @@ fn unit(key: &Entry<'_>, column: &str) -> Result<(String, f64), InputError> {
     }
     let signal = units::read(text).and_then(|written| written.signal);
     let remedy = match signal {
-        Some(signal) => {
-            let [low, high] = if signal == "%" { ["0", "100"] } else { ["4", "20"] };
-            format!(
-                "say what two readings mean: `points = [[{low}, -5.0], [{high}, 5.0]]`, in {}",
-                units::names(quantity)
-            )
-        }
+        Some(signal) => format!("{}; units are: {}", units::two_readings(signal, quantity), units::names(quantity)),
         None => format!("use one of: {}", units::names(quantity)),
     };
     Err(key.error(format!("= \"{}\" is no unit of {column}", text.escape_debug()), remedy))

@@ -1,7 +1,7 @@
 //! Open loop: a recorded or designed valve command drives the plant, nothing else.
 
 use plant_model::{Inputs, Simulator, State};
-use rig_files::{Expected, InputError, RigFile, Table, closest};
+use rig_files::{Expected, InputError, RigFile, Short, Table, closest};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -146,23 +146,26 @@ pub fn initial_state(text: &str, rig: &RigFile, simulator: &Simulator<f64>) -> R
     let half = rig.rig.cylinder.stroke_m / 2.0;
     let y_m = y.unwrap_or(0.0);
     if y_m.abs() > half {
-        return fail(format!("y_m = {y_m} is beyond the end stops"), format!("stay within ±{half} m"));
+        return fail(format!("y_m = {} is beyond the end stops", Short(y_m)), format!("stay within ±{half} m"));
     }
     for (key, pressure) in [("p_a_pa", p_a), ("p_b_pa", p_b)] {
         if let Some(pressure) = pressure.filter(|p| !(1.0e3..=1.0e8).contains(p)) {
             let remedy = "give an absolute pressure in Pa; 1 bar is 1e5".to_string();
-            return fail(format!("{key} = {pressure} is not plausible"), remedy);
+            return fail(format!("{key} = {} is not plausible", Short(pressure)), remedy);
         }
     }
     let v_m_per_s = v.unwrap_or(0.0);
     if v_m_per_s.abs() > 100.0 {
-        return fail(format!("v_m_per_s = {v_m_per_s} is not plausible"), "give it in m/s".to_string());
+        return fail(format!("v_m_per_s = {} is not plausible", Short(v_m_per_s)), "give it in m/s".to_string());
     }
     // The paper's invariant set: the bristles never deflect by more than F_s / sigma0.
     let most_m = rig.rig.friction.static_n / rig.rig.friction.stiffness_n_per_m;
     let z_m = z.unwrap_or(0.0);
     if z_m.abs() > most_m {
-        return fail(format!("z_m = {z_m} is more than the bristles deflect"), format!("stay within ±{most_m:e} m"));
+        return fail(
+            format!("z_m = {} is more than the bristles deflect", Short(z_m)),
+            format!("stay within ±{most_m:e} m"),
+        );
     }
     let rest = simulator.plant().state_at_rest(y_m, p_a.unwrap_or(equilibrium_a), p_b.unwrap_or(equilibrium_b));
     Ok(State { v_m_per_s, z_m, ..rest })

@@ -38,6 +38,7 @@ fn folder() -> tempfile::TempDir {
     let map = "[source]\nseparator = \"space\"\nheader = false\natmosphere_pa = 1.013e5\n[column.t_s]\nfrom = 1\nunit = \"ms\"\n\
                [column.y_m]\nfrom = 2\nunit = \"mm\"\n[column.p_a_pa]\nfrom = 3\nunit = \"bar\"\ngauge = true\n";
     put("map.toml", map.as_bytes());
+    put("huge.csv", b"t_s,y_m,u_v\n0,0,0\n0.001,1e300,0\n");
     put("map-unit.toml", map.replace("\"mm\"", "\"parsec\"").as_bytes());
     put("map-column.toml", map.replace("from = 3", "from = 4").as_bytes());
     put("map-name.toml", map.replace("from = 3", "from = \"p\"").as_bytes());
@@ -125,6 +126,46 @@ const CASES: &[Case] = &[
     ("import --suggest header.csv --out o.toml", &["header.csv", "no table of numbers"]),
     ("import --suggest none.csv --out o.toml", &["none.csv", "check the path"]),
     ("plot --map map.toml table.txt --out o.html", &["table.txt, line 3", "column 2", "`x`"]),
+    // What is read is not written over.
+    ("simulate --rig rig.toml --input input.csv --out input.csv", &["input.csv: is read", "another name"]),
+    ("simulate --rig rig.toml --input input.csv --out ./rig.toml", &["./rig.toml: is read"]),
+    ("import --map map.toml --from good.txt --out good.txt", &["good.txt: is read", "another name"]),
+    ("import --map map.toml --from good.txt --out map.toml", &["map.toml: is read"]),
+    ("plot log.csv --out log.csv", &["log.csv: is read"]),
+    ("plot log.csv --rig rig.toml --svg rig.toml", &["rig.toml: is read"]),
+    ("record --elf none --from log.csv --out log.csv", &["log.csv: is read"]),
+    ("synthesize --rig rig.toml --out rig.toml", &["rig.toml: is read"]),
+    ("experiment --rig rig.toml --out rig.toml", &["rig.toml: is read"]),
+    // Folders for files, and files for folders.
+    ("simulate --rig . --input input.csv --out o.csv", &[".: cannot be read", "name a file, not a folder"]),
+    ("simulate --rig rig.toml --input input.csv --out .", &[".: cannot be written", "name a file, not a folder"]),
+    ("plot log.csv --svg . --out o.html", &[".: cannot be written", "name a file, not a folder"]),
+    ("synthesize --rig rig.toml --truth rig.toml/t.toml --out o.csv", &["rig.toml/t.toml: cannot be written"]),
+    ("check . --rig rig.toml", &["name a file, not a folder"]),
+    ("sweep --rig rig.toml --vary mass_kg=1:2 --out rig.toml", &["rig.toml: cannot be written", "part of the path"]),
+    (
+        "diagnose --rig rig.toml --log log.csv --out rig.toml/o",
+        &["rig.toml/o/", "cannot be written", "part of the path"],
+    ),
+    // Numbers are echoed so that they can be read.
+    ("check huge.csv --rig rig.toml", &["y_m runs over 1.000e300 m, 1.000e300 strokes"]),
+    ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=1e300", &["y_m = 1e300 is beyond"]),
+    ("sweep --rig rig.toml --vary mass_kg=2:3:2 --target -1e300 --out o", &["--target -1e300 must lie"]),
+    ("sweep --rig rig.toml --vary mass_kg=1e300:1e301:2 --duration 0.1 --out o", &["load.mass_kg = 1e300 must be"]),
+    ("run --rig rig.toml --gain 1e6 --out o", &["--gain 1e6 must lie from 0 to 10000 (V/m)"]),
+    ("rig --bore -32 --rod 12 --stroke 200 --mass 4 --flow 700", &["--bore -32 must lie from 4 to 400 mm"]),
+    ("rig --bore 1e300 --rod 12 --stroke 200 --mass 4 --flow 700", &["--bore 1e300 must lie"]),
+    ("rig --bore 32mm --rod 12 --stroke 200 --mass 4 --flow 700", &["--bore", "32mm", "without its unit"]),
+    (
+        "rig --bore 32 --rod 12 --stroke 200 --mass 4 --flow 700 --position-range 0 1e300",
+        &["--position-range 0 1e300", "5e299 mm"],
+    ),
+    ("rig --bore 32 --rod 12 --stroke 200 --mass 4 --flow 700 --spring 10 1e300", &["--spring 10 1e300"]),
+    ("synthesize --rig rig.toml --duration 1 --lost-rows 1e300 --out o.csv", &["--lost-rows 1e300 loses every row"]),
+    ("run --rig rig.toml --seed -1 --out o", &["--seed", "invalid value '-1'"]),
+    ("synthesize --rig rig.toml --duration -5 --out o.csv", &["--duration", "from 1 to 3600 seconds"]),
+    ("check --rig rig.toml", &["LOG", "--log"]),
+    ("check log.csv --log log.csv --rig rig.toml", &["--log", "cannot be used with"]),
     ("frobnicate", &["frobnicate"]),
 ];
 

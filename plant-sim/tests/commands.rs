@@ -69,6 +69,53 @@ fn simulate_starts_where_it_is_told_and_holds_each_command_until_the_next_row() 
     assert!(log.y_m[1] > 0.0, "half a second at 2 V moves the piston far");
 }
 
+#[test]
+fn check_prints_its_findings_as_json_and_takes_the_log_in_either_way() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let log = folder.path().join("log.csv");
+    // Without the pressure of B something is left to tell.
+    let synthesize = "synthesize --rig rigs/paper-a.toml --duration 4 --seed 3 --columns u_v,p_a_pa --out".split(' ');
+    assert!(plant_sim().args(synthesize).arg(&log).output().expect("runs").status.success());
+    let check = |before: &[&str], log: &std::path::Path, json: &[&str]| {
+        let mut command = plant_sim();
+        command.args(["check", "--rig", "rigs/paper-a.toml"]).args(before).arg(log).args(json).output().expect("runs")
+    };
+    let run = check(&["--log"], &log, &["--json"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(check(&[], &log, &["--json"]).stdout, run.stdout);
+    assert_eq!(check(&["--log"], &log, &[]).stdout, check(&[], &log, &[]).stdout);
+
+    let found: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON and nothing else");
+    let list = |key: &str| found[key].as_array().cloned().unwrap_or_default();
+    assert!(list("findings").iter().all(|flaw| flaw["weight"] == "loss" && flaw["problem"].is_string()));
+    let supply = list("knowledge").into_iter().find(|k| k["name"] == "supply.pressure_pa").expect("the supply");
+    assert!(supply["std_error"].is_number() && supply["compared_with"].is_number(), "{supply}");
+    assert!(supply["told"].is_boolean(), "{supply}");
+    let next = &found["next_experiment"];
+    assert!(next["from_s"].is_number() && next["mostly"].is_array(), "{next}");
+    assert!(next["parts"][0]["purpose"].is_string(), "{next}");
+
+    // A contradiction is told to both kinds of reader.
+    let text = std::fs::read_to_string(&log).expect("a log");
+    let mm = folder.path().join("mm.csv");
+    let in_mm = text.lines().enumerate().map(|(at, line)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_string).collect();
+        let y = text.lines().next().and_then(|head| head.split(',').position(|name| name == "y_m")).expect("y_m");
+        if at > 0
+            && let Ok(y_m) = cells[y].parse::<f64>()
+        {
+            cells[y] = (y_m * 1.0e3).to_string();
+        }
+        cells.join(",") + "\n"
+    });
+    std::fs::write(&mm, in_mm.collect::<String>()).expect("written");
+    let run = check(&[], &mm, &["--json"]);
+    assert_eq!(run.status.code(), Some(2));
+    let found: serde_json::Value = serde_json::from_slice(&run.stdout).expect("JSON and nothing else");
+    assert_eq!(found["findings"][0]["weight"], "contradiction");
+    assert!(String::from_utf8_lossy(&run.stderr).contains("give y_m in metres"));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_result_that_cannot_be_printed_or_kept_is_no_success() {

@@ -92,6 +92,13 @@ const GOOD: &[Good] = &[
     ("units_line = true", SECONDS, "t,y,p\ns,mm,bar\n0,1,2\n1,2,2\n", &[0.0, 1.0], &[1.0, 2.0]),
     ("", SECONDS, "t [s],y (mm),p / bar\n0,1,2\n1,2,2\n", &[0.0, 1.0], &[1.0, 2.0]),
     ("", SECONDS, "t [ms],y,p\n0,1,2\n5,2,2\n", &[0.0, 0.005], &[1.0, 2.0]),
+    // Spreadsheets break the lines of long names.
+    ("", SECONDS, "t,\"y\n[mm]\",p\n0,1,2\n1,2,2\nt,\"y\n[mm]\",p\n", &[0.0, 1.0], &[1.0, 2.0]),
+    // Inches.
+    ("", SECONDS, "t,y,p,valve\n0,1,2,1/4\" body\n1,2,2,1/4\" body\n", &[0.0, 1.0], &[1.0, 2.0]),
+    // A last line that was not written to its end, between quotes or not.
+    ("", SECONDS, "t,y,p\n0,1,2\n1,2,2\n2,\"3", &[0.0, 1.0], &[1.0, 2.0]),
+    ("", SECONDS, "\"t\",\"y\",\"p\"\n\"0\",\"1\",\"2\"\n\"1\",\"2\",\"2\"\n\"2\",\"3\",\"1", &[0.0, 1.0], &[1.0, 2.0]),
     (
         "separator = \"space\"\ncomment = \"#\"\nskip_lines = 1",
         SECONDS,
@@ -142,11 +149,39 @@ fn what_is_missing_is_a_gap_and_what_was_done_is_said() {
 }
 
 #[test]
+fn a_table_without_a_header_gets_the_separator_that_reaches_its_columns() {
+    let map = "[source]\nheader = false\n[column.t_s]\nfrom = 1\n[column.y_m]\nfrom = 3\n[column.u_v]\nfrom = 2\n";
+    for (table, separator) in
+        [("0;1;2\n1;1;2\n", "semicolon"), ("0\t1\t2\n1\t1\t2\n", "tab"), ("0 1 2\n1 1 2\n", "space")]
+    {
+        let error = convert(map, table.as_bytes()).expect_err(table);
+        for words in
+            ["line 1", "has 1 field, but column 3", &format!("set `separator = \"{separator}\"` under [source]")]
+        {
+            assert!(error.contains(words), "{table}: expected {words:?} in: {error}");
+        }
+    }
+    let error = convert(map, b"0,1\n1,1\n").expect_err("two columns");
+    assert!(error.contains("has 2 fields, but column 3") && error.contains("the column numbers"), "{error}");
+}
+
+#[test]
+fn an_empty_column_beside_others_is_said() {
+    let more = "unit = \"bar\"\n[column.u_v]\nfrom = \"u\"";
+    let Imported { log, notes } = convert(&mapping("", SECONDS, more), b"t,y,p,u\n0,1,2,\n1,2,2,-\n").expect("a log");
+    assert_eq!(log.u_v, None);
+    let said = "no row has a sample in column `u`, which map.toml takes for u_v";
+    assert!(notes.iter().any(|note| note == said), "{notes:?}");
+}
+
+#[test]
 fn two_points_make_a_signal_a_quantity() {
     let more = "unit = \"bar\"\npoints = [[4, 0.0], [20, 10.0]]\ngauge = true\n[column.u_v]\nfrom = \"u\"\npoints = [[0, -5], [100, 5]]";
-    let log = convert(&mapping("", SECONDS, more), b"t,y,p,u\n0,1,4,50\n1,1,12,100\n").expect("a log").log;
-    assert_eq!(log.p_a_pa, Some(vec![1.0e5, 6.0e5]));
-    assert_eq!(log.u_v, Some(vec![0.0, 5.0]));
+    for table in ["t,y,p,u\n0,1,4,50\n1,1,12,100\n", "t,y,p,u\n0,1,4 mA,50%\n1,1,12 mA,100 %\n"] {
+        let log = convert(&mapping("", SECONDS, more), table.as_bytes()).expect("a log").log;
+        assert_eq!(log.p_a_pa, Some(vec![1.0e5, 6.0e5]), "{table}");
+        assert_eq!(log.u_v, Some(vec![0.0, 5.0]), "{table}");
+    }
 }
 
 #[test]
@@ -204,7 +239,64 @@ const BAD: &[Bad] = &[
     ),
     ("separator = \";\"", SECONDS, "t;y;p\n0;1.234,5;2\n", &["`decimal_comma = true` and `thousands = \".\"`"]),
     ("", SECONDS, "t,y,p\n0,1,2 psi\n", &["a number with a unit", "`unit = \"psi\"` under [column.p_a_pa]"]),
-    ("", SECONDS, "t,y,p\n0,1,2\n1,1,OL\n", &["line 3", "`missing = [\"OL\"]`"]),
+    (
+        "",
+        SECONDS,
+        "t,y,p\n0,1,50 %\n",
+        &["a number with a unit", "`points = [[0, 1.0e5], [100, 1.1e6]]` under [column.p_a_pa] in map.toml"],
+    ),
+    ("", SECONDS, "t,y,p\n0,1,12mA\n", &["a number with a unit", "`points = [[4, 1.0e5], [20, 1.1e6]]`"]),
+    (
+        "",
+        SECONDS,
+        "t,y,p\n0,1,20 rpm\n",
+        &["export the numbers without units, or let `from` under [column.p_a_pa] in map.toml name another column"],
+    ),
+    ("", SECONDS, "t,y,p\n0,1,2\n1,1,OL\n", &["line 3", "`missing = [\"OL\"]` under [source] in map.toml if it marks"]),
+    (
+        "",
+        SECONDS,
+        "t,y,p\n0,1,1e308\n",
+        &["line 2", "column `p` is `1e308`", "no finite number in SI", "[column.p_a_pa]"],
+    ),
+    // A quote that is not closed takes the rows below into its cell.
+    ("", SECONDS, "t,y,p\n0,1,2\n1,\"2,2\n2,3,2\n3,4,2\n", &["line 3", "a quote opens", "not closed", "remove"]),
+    ("", SECONDS, "t,y,p\n0,1,2\n\n1,\"2,2\n2,3,2\n3,\"4,2\n", &["line 4", "a quote opens"]),
+    ("", SECONDS, "t,y,p\n0,\"1\n\",2\n1,2,2\n", &["line 2", "a quote opens"]),
+    ("", SECONDS, "t,\"y,p\n0,1,2\n1,2,2\n", &["line 1", "a quote opens"]),
+    ("units_line = true", SECONDS, "t,y,p\ns,\"mm,bar\n0,1,2\n1,2,2\n", &["line 2", "a quote opens"]),
+    // Another separator than the mapping's, and lines above the header.
+    ("", SECONDS, "t;y;p\n0;1;2\n", &["no column `t`", "set `separator = \"semicolon\"` under [source] in map.toml"]),
+    ("", SECONDS, "t;y;p\n0,5;1,5;2,5\n", &["no column `t`", "`separator = \"semicolon\"`"]),
+    ("", SECONDS, "t\ty\tp\n0\t1\t2\n", &["no column `t`", "`separator = \"tab\"`"]),
+    ("", SECONDS, "t y p\n0 1 2\n", &["no column `t`", "`separator = \"space\"`"]),
+    ("separator = \"semicolon\"", SECONDS, "t,y,p\n0,1,2\n", &["no column `t`", "`separator = \"comma\"`"]),
+    ("", SECONDS, "Zeit;Weg;Druck\n0;1;2\n", &["no column `t`", "`separator = \"semicolon\"`"]),
+    ("", SECONDS, "Made by X, 2026\n\nt,y,p\n0,1,2\n", &["no column `t`", "set `skip_lines = 2` under [source]"]),
+    (
+        "",
+        SECONDS,
+        "Made by X, 2026\n\nt;y;p\n0;1;2\n",
+        &["no column `t`", "set `separator = \"semicolon\"` and `skip_lines = 2` under [source]"],
+    ),
+    ("", SECONDS, "Made by X\nx,y,p,,\n0,1,2,,\n", &["no column `t`", "use one of: Made by X"]),
+    ("", SECONDS, "x,,y,p\n0,,1,2\n", &["no column `t`", "use one of: x, y, p"]),
+    // Columns that are there, and empty.
+    (
+        "",
+        SECONDS,
+        "t,y,p\n0,,2\n1,n/a,2\n",
+        &["no row has a sample in column `y`, which map.toml takes for y_m", "`from` under [column.y_m] in map.toml"],
+    ),
+    (
+        "",
+        "from = [\"d\", \"t\"]\ntime = \"datetime\"",
+        "d,t,y,p\n,,1,2\n,,1,2\n",
+        &["no row has a sample in column `d` and `t`", "[column.t_s]"],
+    ),
+    ("", SECONDS, "t,y,p\n0,1,\n1,1,\n", &["no row has a sample in column `p`"]),
+    ("", SECONDS, "t,y,p\n,1,2\n,1,2\n", &["no row has a sample in column `t`"]),
+    ("", SECONDS, "t,y,p\n1e300,1,2\n-1e300,1,2\n", &["line 3", "goes from 1e300 s to -1e300 s"]),
     ("", SECONDS, "t,y,p\n0,1,2\n1,1,Inf\n", &["no finite number", "`missing = [\"Inf\"]`"]),
     ("", SECONDS, "t,y,p\n0,1,2\n1,1,1e999\n", &["no finite number"]),
     ("", SECONDS, "t,y,p\n0,1,TRUE\n", &["a switch", "[column.p_a_pa]"]),
@@ -283,8 +375,8 @@ fn each_wrong_cell_gets_the_line_that_would_take_it() {
         assert_eq!(error.lines().count(), 1, "{error}");
     }
     for (more, words) in [
-        ("unit = \"%\"", "points = [[0, -5.0], [100, 5.0]]"),
-        ("unit = \"mA\"", "[[4, -5.0], [20, 5.0]]"),
+        ("unit = \"%\"", "points = [[0, 1.0e5], [100, 1.1e6]]"),
+        ("unit = \"mA\"", "[[4, 1.0e5], [20, 1.1e6]]"),
         ("points = [[4, 1], [4, 2]]", "straight line"),
         ("points = [[4, 1]]", "two readings"),
         ("time = \"clock\"", "[column.t_s] only"),

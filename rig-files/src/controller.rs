@@ -6,7 +6,7 @@ use crate::rig_file::RigFile;
 use crate::tuning::{self, Pneumatics, Rule};
 use crate::write::read_text;
 use control::{Config, ConfigError, Key, LawChoice, Parameters, Value};
-use plant_model::Rig;
+use plant_model::{Rig, Short};
 use std::path::Path;
 
 /// The parameters that follow from a rig file; [`parameters`] leaves all others at the firmware's defaults.
@@ -220,7 +220,7 @@ pub fn overlay(text: &str, file: &str, base: Parameters) -> Result<Parameters, I
     }
     Config::from_parameters(&parameters).map_err(|error| {
         let place = entries.iter().find(|entry| entry.name == error.key);
-        let problem = format!("= {} must {}", error.value, error.must);
+        let problem = format!("= {} must {}", Short(error.value), error.must);
         match place {
             Some(entry) => entry.error(problem, "correct the value"),
             None => config_error(file, &error),
@@ -232,7 +232,7 @@ pub fn overlay(text: &str, file: &str, base: Parameters) -> Result<Parameters, I
 /// The controller's refusal as an error about a file that led to it.
 #[must_use]
 pub fn config_error(file: &str, error: &ConfigError) -> InputError {
-    let problem = format!("the controller refuses it: `{}` = {} must {}", error.key, error.value, error.must);
+    let problem = format!("the controller refuses it: `{}` = {} must {}", error.key, Short(error.value), error.must);
     InputError::new(file, problem, "correct the value in the rig file or in the controller file")
 }
 

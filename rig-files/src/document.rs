@@ -1,6 +1,8 @@
 //! Walking a TOML document with line numbers, for files whose every key is checked.
 
 use crate::error::{InputError, closest};
+use plant_model::Short;
+use std::collections::HashSet;
 use toml::de::{DeTable, DeValue};
 
 /// A parsed TOML file that knows the line of every key.
@@ -59,7 +61,8 @@ impl<'d> Entry<'d> {
     /// The error of a key that is not one of `known`, with the likely intention where one is near.
     #[must_use]
     pub fn unknown<'k>(&self, known: impl IntoIterator<Item = &'k str>) -> InputError {
-        let known: Vec<&str> = known.into_iter().collect();
+        let mut once = HashSet::new();
+        let known: Vec<&str> = known.into_iter().filter(|word| once.insert(*word)).collect();
         let remedy = match closest(self.name, known.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("remove it; known here: {}", known.join(", ")),
@@ -83,9 +86,8 @@ impl<'d> Entry<'d> {
     pub fn whole(&self, low: u32, high: u32) -> Result<u32, InputError> {
         let value = self.number()?;
         if value.fract() != 0.0 || value < f64::from(low) || value > f64::from(high) {
-            return Err(
-                self.error(format!("= {value} must be a whole number from {low} to {high}"), "correct the value")
-            );
+            let problem = format!("= {} must be a whole number from {low} to {high}", Short(value));
+            return Err(self.error(problem, "correct the value"));
         }
         Ok(value as u32)
     }
@@ -189,7 +191,7 @@ impl<'d> Entry<'d> {
             _ => {
                 let found = match value {
                     DeValue::String(text) => format!("the text \"{}\"", shorten(text)),
-                    other => format!("a {}", other.type_str()),
+                    other => with_article(other.type_str()),
                 };
                 return Err(self.error(format!("must be a number but is {found}"), "write it without quotes and units"));
             }
@@ -199,6 +201,12 @@ impl<'d> Entry<'d> {
             _ => Err(self.error("must be a finite number", "replace NaN, infinity or overflow by the real value")),
         }
     }
+}
+
+/// `a table`, `an array`.
+fn with_article(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {noun}")
 }
 
 /// A value from a file, cut to a length that an error message can carry.

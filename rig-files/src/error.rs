@@ -40,12 +40,15 @@ impl InputError {
         Self::new(file, format!("cannot be read: {error}"), remedy)
     }
 
-    /// A file that could not be created or written.
+    /// A file or a folder that could not be created or written.
     #[must_use]
     pub fn unwritable(file: &str, error: &std::io::Error) -> Self {
         let remedy = match error.kind() {
             std::io::ErrorKind::PermissionDenied => "choose a folder you may write to",
-            std::io::ErrorKind::NotADirectory | std::io::ErrorKind::AlreadyExists => "a part of the path is a file",
+            std::io::ErrorKind::NotADirectory | std::io::ErrorKind::AlreadyExists => {
+                "choose another name: a part of the path is a file"
+            }
+            std::io::ErrorKind::IsADirectory => "name a file, not a folder",
             _ => "check the path and the free space",
         };
         Self::new(file, format!("cannot be written: {error}"), remedy)

@@ -4,6 +4,7 @@ use crate::error::InputError;
 use crate::rig_file::RigFile;
 use crate::table::{Expected, Table};
 use crate::write::write_file;
+use plant_model::Short;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -240,6 +241,7 @@ impl Log {
         if let Some((low, high)) = extent(&self.y_m)
             && (low < -1.1 * half || high > 1.1 * half)
         {
+            let [low, high] = [low, high].map(Short);
             found.push(format!(
                 "y_m runs from {low:.4} to {high:.4} m but the stroke allows ±{half} m: is it in metres, from mid-stroke?"
             ));
@@ -248,26 +250,30 @@ impl Log {
             let Some((low, high)) = self.column(column).and_then(extent) else { continue };
             let name = column.name();
             if high < 0.2 * atmosphere {
-                found.push(format!("{name} never exceeds {high:.4} Pa: is it in bar? 1 bar is 1e5 Pa"));
+                found.push(format!("{name} never exceeds {:.4} Pa: is it in bar? 1 bar is 1e5 Pa", Short(high)));
             } else if low < 0.5 * atmosphere {
+                let low = Short(low);
                 found.push(format!("{name} falls to {low:.0} Pa, far below atmosphere: is it gauge pressure?"));
             } else if io.is_pressure_end(high) {
                 let values = self.column(column).unwrap_or_default();
                 let rows = values.iter().filter(|p| **p == high).count();
                 found.push(format!(
-                    "{name} reads {high:.0} Pa, the end of its sensor's range, in {rows} of {} rows: they are not judged",
+                    "{name} reads {:.0} Pa, the end of its sensor's range, in {rows} of {} rows: they are not judged",
+                    Short(high),
                     values.len()
                 ));
             } else if high > 1.5 * rig.supply.pressure_pa {
                 found.push(format!(
-                    "{name} rises to {high:.0} Pa, far above the supply of {:.0} Pa: check its unit",
-                    rig.supply.pressure_pa
+                    "{name} rises to {:.0} Pa, far above the supply of {} Pa: check its unit",
+                    Short(high),
+                    Short(rig.supply.pressure_pa)
                 ));
             }
         }
         if let Some((low, high)) = self.column(Column::U).and_then(extent)
             && low.abs().max(high.abs()) > 1.2 * rig.valve.max_voltage_v
         {
+            let [low, high] = [low, high].map(Short);
             found.push(format!(
                 "u_v runs from {low:.3} to {high:.3} V but the valve takes ±{} V: is it about mid position?",
                 rig.valve.max_voltage_v

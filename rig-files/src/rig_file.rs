@@ -5,7 +5,7 @@ use crate::error::InputError;
 use crate::io::Io;
 use crate::tolerance::Tolerance;
 use crate::write::{read_text, write_file};
-use plant_model::{BOTH_SIDES, Effect, Effects, OpeningTable, Plant, RIG_KEYS, Rig, RigKey, all_keys, rig_key};
+use plant_model::{BOTH_SIDES, Effect, Effects, OpeningTable, Plant, RIG_KEYS, Rig, RigKey, Short, all_keys, rig_key};
 use std::path::Path;
 
 /// Everything a rig file says.
@@ -100,14 +100,14 @@ impl RigFile {
         given.fit_together(file)?;
         let line_of = |path: &str| given.line_of(path);
         parsed.rig.validate().map_err(|error| {
-            located(error.key, format!("= {} must {}", error.value, error.must), line_of(error.key))
+            located(error.key, format!("= {} must {}", Short(error.value), error.must), line_of(error.key))
         })?;
         for entry in top.iter().filter(|entry| entry.name == "effects") {
             parsed.effects = effects(entry, &parsed.rig)?;
             let inner = entry.table()?;
             Plant::new(&parsed.rig, &parsed.effects).map_err(|error| {
                 let line = inner.iter().find(|effect| error.key.starts_with(&effect.path)).map(|effect| effect.line);
-                located(error.key, format!("= {} must {}", error.value, error.must), line)
+                located(error.key, format!("= {} must {}", Short(error.value), error.must), line)
             })?;
         }
         Ok(parsed)
@@ -283,7 +283,7 @@ fn rig_value(rig: &mut Rig<f64>, table: &str, entry: &Entry<'_>) -> Result<&'sta
     let value = entry.number()?;
     let limits = key.limits;
     if !(limits.low..=limits.high).contains(&value) {
-        let problem = format!("= {value} is not plausible: expected {limits}");
+        let problem = format!("= {} is not plausible: expected {limits}", Short(value));
         let remedy = if limits.unit.is_empty() {
             "check the value".to_string()
         } else {
@@ -316,7 +316,8 @@ fn range(entry: &Entry<'_>) -> Result<[f64; 2], InputError> {
     if low < high && (high - low).is_finite() {
         Ok([low, high])
     } else {
-        Err(entry.error(format!("= [{low}, {high}] is no range"), "write the lower end first: [low, high]"))
+        let problem = format!("= [{}, {}] is no range", Short(low), Short(high));
+        Err(entry.error(problem, "write the lower end first: [low, high]"))
     }
 }
 
@@ -386,7 +387,8 @@ fn effects(table: &Entry<'_>, rig: &Rig<f64>) -> Result<Effects<f64>, InputError
             };
             let (info, value) = (&parameters[at], parameter.number()?);
             if !(info.min..=info.max).contains(&value) {
-                let problem = format!("= {value} must lie from {} to {}", info.min, info.max);
+                let [value, min, max] = [value, info.min, info.max].map(Short);
+                let problem = format!("= {value} must lie from {min} to {max}");
                 return Err(parameter.error(problem, format!("it means: {}", info.meaning)));
             }
             values[at] = value;
@@ -401,7 +403,7 @@ fn relative(entry: &Entry<'_>) -> Result<f64, InputError> {
     if (0.0..1.0).contains(&value) {
         Ok(value)
     } else {
-        let problem = format!("= {value} must be a relative standard error from 0 to below 1");
+        let problem = format!("= {} must be a relative standard error from 0 to below 1", Short(value));
         Err(entry.error(problem, "write 2 % as 0.02, and 0 for exact"))
     }
 }

@@ -1,6 +1,7 @@
 //! What a rig file says that hardly any rig is: mostly another unit, or positions that do not count from mid-stroke.
 
 use crate::rig_file::RigFile;
+use plant_model::Short;
 
 /// A chamber at mid-stroke holds at least the half stroke; a tenth less is within tolerance.
 const LEAST_FILLING: f64 = 0.9;
@@ -33,11 +34,10 @@ impl RigFile {
         let [low, high] = self.io.position_range_m;
         let middle = 0.5 * (low + high);
         if middle.abs() > OFF_CENTRE * c.stroke_m {
+            let [low, high, middle, from, to] = [low, high, middle, low - middle, high - middle].map(Short);
             found.push(format!(
                 "`io.position_range_m` = [{low}, {high}] has its middle at {middle} m, but positions count from mid-stroke: a \
-                 sensor that reads {low} to {high} m from an end stop has the range [{}, {}]",
-                low - middle,
-                high - middle
+                 sensor that reads {low} to {high} m from an end stop has the range [{from}, {to}]"
             ));
         }
         found

@@ -3,6 +3,7 @@
 use crate::document::shorten;
 use crate::error::{InputError, closest};
 use crate::write::to_text;
+use plant_model::Short;
 use std::path::Path;
 
 /// A column a table may have.
@@ -29,8 +30,9 @@ pub struct Table {
 const IMPORT: &str = "convert a logger's file with `plant-sim import`, whose --suggest drafts the mapping";
 /// What to do about other encodings than UTF-8.
 const ENCODING_REMEDY: &str = "save it as UTF-8 text, or convert a logger's file with `plant-sim import`";
-const SEPARATOR_REMEDY: &str =
-    "separate fields by commas, with a point for decimals, or convert with `plant-sim import`";
+/// What to do where fields are not those of the header.
+const SEPARATOR_REMEDY: &str = "separate fields by commas, with a point for decimals; or convert a logger's file with \
+                                `plant-sim import`, whose --suggest drafts the mapping";
 
 impl Table {
     /// Reads a table from a file.
@@ -69,7 +71,9 @@ impl Table {
         let mut rows = 0;
         let mut last_t = f64::NEG_INFINITY;
         while reader.read_record(&mut record).map_err(bad_csv)? {
-            let at_line = |error: InputError| error.at_line(record.position().map_or(0, csv::Position::line));
+            let line = record.position().map_or(0, csv::Position::line);
+            let at_line = |error: InputError| error.at_line(line);
+            quotes_close(record.as_slice(), file, line)?;
             if record.len() != width {
                 let problem = format!("has {} fields where the header names {width}", record.len());
                 return Err(at_line(InputError::new(file, problem, SEPARATOR_REMEDY)));
@@ -81,7 +85,8 @@ impl Table {
                 })?;
                 if place == 0 {
                     if value <= last_t {
-                        let problem = format!("column `{}` goes from {last_t} to {value}", column.name);
+                        let problem =
+                            format!("column `{}` goes from {} to {}", column.name, Short(last_t), Short(value));
                         let remedy = "time must increase from row to row: sort the rows and remove repeated ones";
                         return Err(at_line(InputError::new(file, problem, remedy)));
                     }
@@ -101,19 +106,41 @@ impl Table {
     }
 }
 
+/// Refuses a row of which a field between quotes goes on in the next line: it is no measured number, and nearly always a quote
+/// that is never closed and takes the rows below into its field.
+///
+/// # Errors
+/// The text of the row's fields has a line break.
+pub fn quotes_close(fields: &str, file: &str, line: u64) -> Result<(), InputError> {
+    if !fields.contains('\n') && !fields.contains('\r') {
+        return Ok(());
+    }
+    let problem = "a quote opens in this line and is not closed in it, which makes one cell of the lines below";
+    let remedy = "remove the quote, or write the cell in one line";
+    Err(InputError::new(file, problem, remedy).at_line(line))
+}
+
 /// Which expected column each field of the header is.
 fn header(record: &csv::StringRecord, file: &str, line: u64, expected: &[Expected]) -> Result<Vec<usize>, InputError> {
     let fail = |problem: String, remedy: String| Err(InputError::new(file, problem, remedy).at_line(line));
     let known = || expected.iter().map(|column| column.name);
-    if record.len() == 1 && record.get(0).is_some_and(|field| field.contains([';', '\t'])) {
-        return fail("uses `;` or tabs between fields".to_string(), SEPARATOR_REMEDY.to_string());
+    let whole = record.get(0).filter(|_| record.len() == 1).unwrap_or_default();
+    for (mark, marks) in [(';', "semicolons"), ('\t', "tabs")] {
+        if whole.contains(mark) {
+            return fail(format!("has {marks} between its fields, where commas belong"), IMPORT.to_string());
+        }
     }
     let mut places = Vec::with_capacity(record.len());
     for field in record {
         let name = field.trim_ascii().to_string();
+        if name.is_empty() {
+            let column = places.len() + 1;
+            return fail(format!("column {column} has no name"), "name it, or remove it from all rows".to_string());
+        }
         let Some(place) = known().position(|known| known == name) else {
             if name.parse::<f64>().is_ok() {
                 let remedy = format!("put a header row on top, of: {}", known().collect::<Vec<_>>().join(","));
+                let name = shorten(&name);
                 return fail(format!("has the number {name} where the header row should be"), remedy);
             }
             let remedy = match closest(&name, known()) {

@@ -17,8 +17,13 @@ const BAD: &[(&[u8], &[&str])] = &[
     (b"Zeit,Dr\xFCcke\n0,1\n", &["line 1", "is not UTF-8", "`plant-sim import`"]),
     (b"t_s,y_m,u_v,y_m\n0,0,1,2\n", &["line 1", "`y_m` appears twice"]),
     (b"0.0,1.0,2.0\n1.0,1.0,1.0\n", &["line 1", "header row"]),
-    (b"t_s;y_m;u_v\n0;0;0\n", &["line 1", "commas", "plant-sim import"]),
-    (b"t_s\ty_m\tu_v\n0\t0\t0\n", &["line 1", "commas"]),
+    (b"t_s;y_m;u_v\n0;0;0\n", &["line 1", "semicolons", "commas", "`plant-sim import`", "--suggest"]),
+    (b"t_s;y_m;u_v\n0,1;0,2;0,3\n", &["line 1", "semicolons", "`plant-sim import`", "--suggest"]),
+    (b"t_s\ty_m\tu_v\n0\t0\t0\n", &["line 1", "tabs", "commas", "`plant-sim import`", "--suggest"]),
+    (b"t_s,y_m,u_v,\n0,0,0,\n", &["line 1", "column 4 has no name", "remove it"]),
+    (b"t_s,y_m,u_v\n0,0,0\n1,\"0,0\n2,0,0\n3,0,0\n", &["line 3", "quote opens", "not closed", "remove the quote"]),
+    (b"t_s,y_m,u_v\n0,\"0\n0\",0\n1,0,0\n", &["line 2", "quote opens"]),
+    (b"t_s,y_m,u_v\n1e300,0,0\n-1e300,0,0\n", &["line 3", "goes from 1e300 to -1e300"]),
     (b"t_s,y_m,u_v\n0,0,0\n1,5 mm,0\n", &["line 3", "`y_m`", "5 mm"]),
     (b"t_s,y_m,u_v\n0,0,0\n1,NaN,0\n", &["line 3", "`y_m`", "leave the field blank"]),
     (b"t_s,y_m,u_v\n0,0,0\n1,0,-inf\n", &["line 3", "`u_v`", "finite"]),
@@ -77,6 +82,14 @@ fn wrong_units_are_suspected_aloud_and_right_ones_are_not() {
     assert!(suspicions("t_s,y_m,u_v\n0,400,5\n")[0].contains("metres"));
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,6.1\n")[0].contains("bar"));
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,0\n1,0.4,6e5\n")[0].contains("gauge"));
+    for (text, said) in [
+        ("t_s,y_m,u_v\n0,-1e300,5\n", "from -1.000e300 to -1.000e300 m"),
+        ("t_s,y_m,u_v\n0,0.4,1e300\n", "from 1.000e300 to 1.000e300 V"),
+        ("t_s,y_m,p_a_pa\n0,0.4,-1e300\n1,0.4,6e5\n", "falls to -1.000e300 Pa"),
+        ("t_s,y_m,p_a_pa\n0,0.4,1e308\n", "rises to 1.000e308 Pa, far above the supply of 7e5 Pa"),
+    ] {
+        assert!(suspicions(text)[0].contains(said), "{said:?} in {:?}", suspicions(text));
+    }
     assert!(suspicions("t_s,y_m,u_v\n0,0.4,10\n")[0].contains("mid position"));
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,1e6\n1,0.4,6e5\n")[0].contains("sensor's range, in 1 of 2 rows"));
     assert!(suspicions("t_s,y_m,p_a_pa\n0,0.4,1.2e6\n1,0.4,6e5\n")[0].contains("unit"));

@@ -14,7 +14,18 @@ const BAD: &[(&str, &str, &[&str])] = &[
     ("mass_kg = 10.125", "mass_kg = nan", &["line 28", "load.mass_kg", "finite"]),
     ("mass_kg = 10.125", "mass_kg = inf", &["line 28", "load.mass_kg", "finite"]),
     ("mass_kg = 10.125", "mass_kg = 1e999", &["line 28", "load.mass_kg", "finite"]),
-    ("mass_kg = 10.125", "mass_kg = [1.0]", &["line 28", "load.mass_kg", "number"]),
+    ("mass_kg = 10.125", "mass_kg = [1.0]", &["line 28", "load.mass_kg", "number but is an array"]),
+    ("mass_kg = 10.125", "mass_kg = true", &["line 28", "load.mass_kg", "is a boolean"]),
+    ("mass_kg = 10.125", "mass_kg = { kg = 10.0 }", &["line 28", "load.mass_kg", "is a table"]),
+    ("mass_kg = 10.125", "mass_kg = -1e300", &["line 28", "`load.mass_kg` = -1e300 is not plausible"]),
+    ("tick_hz = 1000", "tick_hz = 1e300", &["io.tick_hz", "= 1e300 must be a whole number"]),
+    ("default = 0.02", "default = 1e300", &["tolerance.default", "= 1e300 must"]),
+    (
+        "position_range_m = [-0.5, 0.5]",
+        "position_range_m = [1e300, -1e300]",
+        &["io.position_range_m", "[1e300, -1e300] is no range"],
+    ),
+    (END, "default = 0.02\n[effects.valve-lag]\ntime_constant_s = 1e300", &["= 1e300 must lie from 0 to 0.2"]),
     ("mass_kg = 10.125", "mass_g = 10125.0", &["line 28", "load.mass_g", "did you mean `mass_kg`"]),
     ("mass_kg = 10.125", "", &["load.mass_kg", "missing", "[load]"]),
     ("mass_kg = 10.125", "mass_kg = 10.125\nmass_kg = 3.0", &["line 29", "duplicate"]),
@@ -73,6 +84,18 @@ fn every_malformed_rig_gives_one_error_that_names_place_and_remedy() {
             assert!(error.contains(word), "{to}: expected {word:?} in: {error}");
         }
     }
+}
+
+#[test]
+fn the_known_tables_are_listed_once() {
+    let error = RigFile::parse(&(RigFile::paper_a().to_toml() + "[bar]\nx = 1\n"), "r.toml").expect_err("unknown");
+    let (_, known) = error.remedy.split_once("known here: ").expect("a list");
+    let mut words: Vec<&str> = known.split(", ").collect();
+    assert!(words.contains(&"gas") && words.contains(&"effects"), "{known}");
+    let listed = words.len();
+    words.sort_unstable();
+    words.dedup();
+    assert_eq!(words.len(), listed, "{known}");
 }
 
 #[test]

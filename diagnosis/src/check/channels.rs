@@ -7,6 +7,7 @@ use crate::data::hum::Hum;
 use crate::data::outliers::Outlier;
 use crate::data::record::Record;
 use core::ops::Range;
+use plant_model::Short;
 use rig_files::{Column, Log, RigFile};
 
 fn loss(problem: String, remedy: &str) -> Flaw {
@@ -51,7 +52,7 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
         let frozen_s = if frozen.is_empty() { 0.0 } else { log.t_s[frozen.end - 1] - log.t_s[frozen.start] };
         if frozen_s > constants::frozen_s() && others_change(log, column, &frozen) {
             out.push(loss(
-                format!("{name} does not change for {frozen_s:.1} s while other columns do"),
+                format!("{name} does not change for {:.1} s while other columns do", Short(frozen_s)),
                 "check the sensor and the logger's channel: a live sensor has noise",
             ));
         }
@@ -71,7 +72,7 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
         out.push(loss(
             format!(
                 "rows come every {:.1} ms: what happens between them, like lags and delays of a few ms, shows less",
-                interval_s * 1e3
+                Short(interval_s * 1e3)
             ),
             "record at 1 kHz if such effects matter",
         ));
@@ -99,6 +100,7 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
         let (low, high) =
             u.iter().filter(|u| u.is_finite()).fold((f64::MAX, f64::MIN), |(a, b), u| (a.min(*u), b.max(*u)));
         if high - low < constants::least_command() * most {
+            let [low, high] = [low, high].map(Short);
             out.push(loss(
                 format!("the command stays between {low:.2} and {high:.2} V: little of the valve is seen"),
                 "record with larger steps, best the sequence of `plant-sim experiment`",

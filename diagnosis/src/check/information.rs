@@ -31,13 +31,14 @@ pub struct Knowledge {
     pub compared_with: f64,
     /// Information of the log about the parameter alone, in units of `1 / compared_with^2`.
     pub information: f64,
+    /// Whether the log says more than was known, or would show a plainly visible effect beyond doubt.
+    pub told: bool,
 }
 
 impl Knowledge {
-    /// Whether the log says more than was known, or would show a plainly visible effect beyond doubt.
-    #[must_use]
-    pub fn is_told(&self) -> bool {
-        constants::sure() * self.std_error < self.compared_with * if self.name.contains('.') { 4.0 } else { 1.0 }
+    fn new(name: &str, std_error: f64, compared_with: f64, information: f64) -> Self {
+        let told = constants::sure() * std_error < compared_with * if name.contains('.') { 4.0 } else { 1.0 };
+        Self { name: name.to_string(), std_error, compared_with, information, told }
     }
 }
 
@@ -116,7 +117,7 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
         let Some(name) = parameter.slot.stated_key() else { continue };
         let (error, information) = std_error(&beside(place), &base, &references, place);
         let compared_with = parameter.tolerance.unwrap_or(parameter.scale);
-        out.push(Knowledge { name: name.to_string(), std_error: error * parameter.scale, compared_with, information });
+        out.push(Knowledge::new(name, error * parameter.scale, compared_with, information));
     }
     let effects: Vec<Effect> = visibility::candidates(problem);
     let of_effect = |effect: &Effect| -> Option<Knowledge> {
@@ -131,13 +132,7 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
         h.values.truncate(place + 1);
         let (error, information) = std_error(&h, &at_start, &columns, place);
         let parameter = &h.parameters[place];
-        let compared_with = parameter.scale;
-        Some(Knowledge {
-            name: effect.id().to_string(),
-            std_error: error * parameter.scale,
-            compared_with,
-            information,
-        })
+        Some(Knowledge::new(effect.id(), error * parameter.scale, parameter.scale, information))
     };
     out.extend(effects.par_iter().filter_map(of_effect).collect::<Vec<_>>());
     out
@@ -150,7 +145,7 @@ fn zeroed(residuals: &Residuals) -> Residuals {
 
 /// What each window of a planned recording would add to what is known, best first.
 pub(crate) fn windows(rig: &RigFile, known: &[Knowledge], planned: &Log, window_s: f64) -> Vec<Window> {
-    let lacking: Vec<&Knowledge> = known.iter().filter(|k| !k.is_told()).collect();
+    let lacking: Vec<&Knowledge> = known.iter().filter(|k| !k.told).collect();
     let (first, last) = (planned.t_s.first().copied().unwrap_or(0.0), planned.t_s.last().copied().unwrap_or(0.0));
     let count = ((last - first) / window_s).floor() as usize;
     let mut out: Vec<Window> = (0..count)

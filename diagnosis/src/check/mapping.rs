@@ -13,7 +13,7 @@ use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::data::split::Stretch;
 use crate::estimate::likelihood::{COST_OF_NOISE, loss};
-use plant_model::Plant;
+use plant_model::{Plant, Short};
 use rig_files::{Column, Log, RigFile};
 
 /// A mistake, and the log without it.
@@ -62,7 +62,11 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
         && high - low > far * r.cylinder.stroke_m
     {
         out.push(contradiction(
-            format!("y_m runs over {:.4} m, {:.0} strokes", high - low, (high - low) / r.cylinder.stroke_m),
+            format!(
+                "y_m runs over {:.4} m, {:.0} strokes",
+                Short(high - low),
+                Short((high - low) / r.cylinder.stroke_m)
+            ),
             "give y_m in metres: `unit = \"mm\"` under [column.y_m] in the mapping, if they are millimetres".into(),
         ));
     }
@@ -72,6 +76,7 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
         && out.is_empty()
         && (low < -half - constants::beyond_stroke() * half || high > half + constants::beyond_stroke() * half)
     {
+        let [low, high, half] = [low, high, half].map(Short);
         out.push(contradiction(
             format!(
                 "y_m runs from {low:.4} to {high:.4} m, but the stroke allows ±{half} m: it seems to start at an end of the stroke"
@@ -85,15 +90,16 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
         if high < r.supply.atmosphere_pa / far {
             let (unit, factor) = nearest_unit(high, r.supply.pressure_pa);
             out.push(contradiction(
-                format!("{name} never exceeds {high:.4} Pa, far below atmosphere"),
+                format!("{name} never exceeds {:.4} Pa, far below atmosphere", Short(high)),
                 format!(
                     "give {name} in Pa, absolute: it reads as {unit} would, so write `unit = \"{unit}\"` under [column.{name}] in the \
-                     mapping; 1 {unit} is {factor} Pa"
+                     mapping; 1 {unit} is {} Pa",
+                    Short(factor)
                 ),
             ));
         } else if high > far * r.supply.pressure_pa {
             out.push(contradiction(
-                format!("{name} rises to {high:.3e} Pa, {:.0} times the supply", high / r.supply.pressure_pa),
+                format!("{name} rises to {high:.3e} Pa, {:.0} times the supply", Short(high / r.supply.pressure_pa)),
                 format!("give {name} in Pa, absolute: correct `unit` under [column.{name}] in the mapping"),
             ));
         }
@@ -101,15 +107,16 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     if let Some((low, high)) = log.column(Column::U).and_then(extent)
         && low.abs().max(high.abs()) > far * r.valve.max_voltage_v
     {
+        let [low, high, most] = [low, high, r.valve.max_voltage_v].map(Short);
         out.push(contradiction(
-            format!("u_v runs from {low:.1} to {high:.1} V, but the valve takes ±{} V", r.valve.max_voltage_v),
+            format!("u_v runs from {low:.1} to {high:.1} V, but the valve takes ±{most} V"),
             "give u_v in volts: `unit = \"mV\"` under [column.u_v] in the mapping, if they are millivolts".into(),
         ));
     }
     let period_s = log.period_s();
     if period_s > constants::slowest_rows() {
         out.push(contradiction(
-            format!("rows come every {period_s} s: between two of them a stroke is over"),
+            format!("rows come every {} s: between two of them a stroke is over", Short(period_s)),
             "give t_s in seconds (`unit = \"ms\"` under [column.t_s] in the mapping, if they are milliseconds), or record at 50 Hz or more".into(),
         ));
     }
@@ -163,7 +170,7 @@ fn less_by_the_atmosphere(rig: &RigFile, log: &Log) -> Option<String> {
     let reading_pa = *readings.select_nth_unstable_by(middle, f64::total_cmp).1;
     let less = (reading_pa + atmosphere_pa - stated_pa).abs() < constants::gauge_within() * atmosphere_pa;
     let [reading, stated] = [reading_pa, stated_pa].map(|pa| pa * 1.0e-5);
-    less.then(|| format!("p_sup_pa reads {reading:.2} bar, the rig file states {stated:.2} bar absolute"))
+    less.then(|| format!("p_sup_pa reads {:.2} bar, the rig file states {stated:.2} bar absolute", Short(reading)))
 }
 
 /// The same where nothing contradicts it: the regulator may be set lower.
@@ -229,7 +236,7 @@ fn gauges(rig: &RigFile, part: &Log) -> Vec<(bool, Mistake)> {
     let [a, b, supply] = [Column::PA, Column::PB, Column::PSup].map(|column| (column, 1.0, atmosphere));
     let gauge = |columns: &str, tables: &str, changes: &[(Column, f64, f64)]| Mistake {
         problem: format!("{columns} seem to be gauge pressures"),
-        remedy: format!("write `gauge = true` under {tables} in the mapping, which adds {atmosphere} Pa"),
+        remedy: format!("write `gauge = true` under {tables} in the mapping, which adds {} Pa", Short(atmosphere)),
         undone: changed(part, changes),
     };
     let mut out = vec![(false, gauge("the chamber pressures", "[column.p_a_pa] and [column.p_b_pa]", &[a, b]))];

@@ -4,7 +4,6 @@ use super::{CliError, RigArgument};
 use diagnosis::{Diagnosis, DiagnosisError, diagnose};
 use indicatif::{ProgressBar, ProgressStyle};
 use plant_sim::gap;
-use plant_sim::import::Mapping;
 use rig_files::{InputError, Log, RigFile, write_file};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -40,6 +39,12 @@ pub(crate) struct Arguments {
     apply: bool,
 }
 
+/// What a diagnosis writes into its folder.
+const EXTENDED_RIG: &str = "extended-rig.toml";
+const REPORT: &str = "report.html";
+const CONTROLLER: &str = "controller.toml";
+const DIAGNOSIS: &str = "diagnosis.json";
+
 impl Arguments {
     /// Of a rig file and a log of this project's own, into a folder.
     pub(crate) fn plain(rig: PathBuf, log: PathBuf, out: PathBuf) -> Self {
@@ -49,10 +54,12 @@ impl Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let rig = super::read_rig(&arguments.rig.rig)?;
-    let log = match &arguments.map {
-        Some(map) => Mapping::read(map)?.convert_file(&arguments.log)?,
-        None => Log::read(&arguments.log)?,
-    };
+    // Before the work, whose result could not be kept.
+    let inputs = [&arguments.rig.rig, &arguments.log].into_iter().chain(&arguments.map);
+    for result in [EXTENDED_RIG, REPORT, CONTROLLER, DIAGNOSIS] {
+        super::can_be_written(&arguments.out.join(result), inputs.clone().map(PathBuf::as_path))?;
+    }
+    let log = super::read_log(&arguments.log, arguments.map.as_deref())?.log;
     let suspicions = log.suspicions(&rig);
     for suspicion in &suspicions {
         eprintln!("warning: {suspicion}");
@@ -78,19 +85,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let failed = |error: serde_json::Error| CliError::Failed(format!("the result cannot be written as JSON: {error}"));
     let json = gap::to_json(&result).map_err(failed)?;
     super::make_folder(&arguments.out)?;
-    write(arguments, "extended-rig.toml", &result.extended_rig.to_toml())?;
-    write(arguments, "report.html", &page.to_html())?;
+    write(arguments, EXTENDED_RIG, &result.extended_rig.to_toml())?;
+    write(arguments, REPORT, &page.to_html())?;
     if let Some(applied) = &source.applied {
-        write(arguments, "controller.toml", &applied.controller_toml())?;
+        write(arguments, CONTROLLER, &applied.controller_toml())?;
     }
     // Last: who waits for it finds the other two beside it.
-    write(arguments, "diagnosis.json", &json)?;
+    write(arguments, DIAGNOSIS, &json)?;
     say!("{}", gap::summary(&result).trim_end());
     if let Some(applied) = &source.applied {
         say!("\nThe controller on the extended rig:\n{}", super::text_table(&applied.table()));
     }
-    say!("\nReport:       {}", arguments.out.join("report.html").display());
-    say!("Extended rig: {}", arguments.out.join("extended-rig.toml").display());
+    say!("\nReport:       {}", arguments.out.join(REPORT).display());
+    say!("Extended rig: {}", arguments.out.join(EXTENDED_RIG).display());
     Ok(())
 }
 

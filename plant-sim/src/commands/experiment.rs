@@ -21,11 +21,14 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Duration; the parts are stretched or squeezed
-    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = super::synthesize::duration)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = super::synthesize::duration, allow_negative_numbers = true)]
     duration: f64,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    if let Some(out) = &arguments.out {
+        super::can_be_written(out, [&*arguments.rig.rig])?;
+    }
     let rig = super::read_rig(&arguments.rig.rig)?;
     let law = Law::for_rig(&rig.rig, 1.0);
     say!("{}, {} s, starting at rest at mid-stroke\n", rig.name, arguments.duration);

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use plant_sim::import::{Imported, Mapping, suggest};
-use rig_files::{Column, InputError, Log, RigFile, write_file};
+use rig_files::{Column, InputError, Log, RigFile, Short, write_file};
 use std::path::{Path, PathBuf};
 
 /// Turn a foreign table into the log format, by a small mapping file; or draft that file from the table.
@@ -48,6 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let (Some(map), Some(from), Some(out)) = (&arguments.map, &arguments.from, &arguments.out) else {
         return Err(CliError::Usage("--map, --from and --out are needed".into()));
     };
+    super::can_be_written(out, [&**map, &**from].into_iter().chain(arguments.rig.as_deref()))?;
     let Imported { log, notes } = Mapping::read(map)?.import(from)?;
     if let Some(rig) = &rig {
         for suspicion in log.suspicions(rig) {
@@ -96,9 +97,10 @@ pub(crate) fn describe(log: &Log) -> String {
         count => format!("{count} gaps"),
     };
     format!(
-        "{} rows over {span_s:.3} s, usually {:.2} ms apart, {gaps}; columns {}",
+        "{} rows over {:.3} s, usually {:.2} ms apart, {gaps}; columns {}",
         log.len(),
-        log.period_s() * 1e3,
+        Short(span_s),
+        Short(log.period_s() * 1e3),
         columns.join(", ")
     )
 }

@@ -23,8 +23,9 @@ pub(crate) mod sweep;
 pub(crate) mod synthesize;
 pub(crate) mod tune;
 
+use plant_sim::import::{Imported, Mapping};
 use report_html::Table;
-use rig_files::{InputError, RigFile};
+use rig_files::{InputError, Log, RigFile, Short};
 use std::fmt;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
@@ -107,12 +108,40 @@ pub(crate) fn read_rig(path: &Path) -> Result<RigFile, InputError> {
     Ok(rig)
 }
 
+/// Reads a log, or a foreign table by a mapping; with what was done to get it.
+pub(crate) fn read_log(path: &Path, map: Option<&Path>) -> Result<Imported, InputError> {
+    match map {
+        Some(map) => Mapping::read(map)?.import(path),
+        None => Ok(Imported { log: Log::read(path)?, notes: Vec::new() }),
+    }
+}
+
 /// Creates an output folder with its parents.
 pub(crate) fn make_folder(path: &Path) -> Result<(), CliError> {
-    std::fs::create_dir_all(path).map_err(|error| {
-        let remedy = "choose a folder you may write to with --out";
-        CliError::Input(InputError::new(path.display().to_string(), format!("cannot be created: {error}"), remedy))
-    })
+    std::fs::create_dir_all(path).map_err(|error| InputError::unwritable(&path.display().to_string(), &error).into())
+}
+
+/// Refuses an output file that cannot be one, or that the command reads: it could not be made again from the result.
+pub(crate) fn can_be_written<'a>(out: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
+    let refused = |why: ErrorKind| Err(InputError::unwritable(&out.display().to_string(), &why.into()).into());
+    let made = out.ancestors().skip(1).find(|folder| folder.exists());
+    if made.is_some_and(|folder| !folder.is_dir()) {
+        return refused(ErrorKind::NotADirectory);
+    }
+    let Ok(present) = out.canonicalize() else { return Ok(()) };
+    if present.is_dir() {
+        return refused(ErrorKind::IsADirectory);
+    }
+    if !present.is_file() || inputs.into_iter().all(|input| input.canonicalize().ok().as_ref() != Some(&present)) {
+        return Ok(());
+    }
+    let remedy = "choose another name with --out";
+    Err(InputError::new(out.display().to_string(), "is read, and the result would take its place", remedy).into())
+}
+
+/// A number of the command line.
+pub(crate) fn plain_number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| "write a plain number, without its unit".to_string())
 }
 
 /// Refuses a number outside its range (NaN included).
@@ -120,6 +149,7 @@ pub(crate) fn in_range(option: &str, value: f64, low: f64, high: f64, unit: &str
     if (low..=high).contains(&value) {
         Ok(())
     } else {
+        let [value, low, high] = [value, low, high].map(Short);
         Err(CliError::Usage(format!("{option} {value} must lie from {low} to {high} ({unit})")))
     }
 }

@@ -3,9 +3,9 @@
 use super::CliError;
 use super::import::describe;
 use plant_sim::charts;
-use plant_sim::import::{Imported, Mapping};
+use plant_sim::import::Imported;
 use report_html::{Page, Tone, svg};
-use rig_files::{Log, write_file};
+use rig_files::{Short, write_file};
 use std::path::PathBuf;
 
 /// Show a log as one HTML page with plots to zoom and hover.
@@ -34,10 +34,12 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let rig = arguments.rig.as_deref().map(super::read_rig).transpose()?;
-    let Imported { log, notes } = match &arguments.map {
-        Some(map) => Mapping::read(map)?.import(&arguments.log)?,
-        None => Imported { log: Log::read(&arguments.log)?, notes: Vec::new() },
-    };
+    let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("html"));
+    let inputs = || [Some(&arguments.log), arguments.map.as_ref(), arguments.rig.as_ref()].into_iter().flatten();
+    for out in [Some(&out), arguments.svg.as_ref()].into_iter().flatten() {
+        super::can_be_written(out, inputs().map(PathBuf::as_path))?;
+    }
+    let Imported { log, notes } = super::read_log(&arguments.log, arguments.map.as_deref())?;
     let mut page = Page::new(arguments.log.display().to_string());
     page.text(format!("{}.", describe(&log)));
     if !notes.is_empty() {
@@ -58,7 +60,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for plot in &plots {
         page.plot(plot.clone());
     }
-    let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("html"));
     write_file(&out, |file| file.write_all(page.to_html().as_bytes()))?;
     say!("{}", out.display());
     if let Some(path) = &arguments.svg {
@@ -70,8 +71,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 fn sentence(gap: &rig_files::Gap) -> String {
+    let [from_s, to_s] = [gap.from_s, gap.to_s].map(Short);
     match gap.column {
-        None => format!("rows from {:.3} to {:.3} s", gap.from_s, gap.to_s),
-        Some(column) => format!("`{}` from {:.3} to {:.3} s", column.name(), gap.from_s, gap.to_s),
+        None => format!("rows from {from_s:.3} to {to_s:.3} s"),
+        Some(column) => format!("`{}` from {from_s:.3} to {to_s:.3} s", column.name()),
     }
 }

@@ -54,6 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(seconds) = arguments.seconds {
         super::in_range("--seconds", seconds, 0.0, 1.0e6, "seconds of telemetry")?;
     }
+    super::can_be_written(&arguments.out, [&*arguments.elf, &*arguments.from])?;
     let elf_name = arguments.elf.display().to_string();
     let elf = std::fs::read(&arguments.elf).map_err(|error| InputError::unreadable(&elf_name, &error))?;
     let (from, input) = open(arguments, &elf)?;

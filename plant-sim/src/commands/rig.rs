@@ -17,61 +17,61 @@ use std::path::PathBuf;
     plant-sim run --rig rig.toml")]
 pub(crate) struct Arguments {
     /// Piston diameter
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = super::plain_number)]
     bore: Option<f64>,
     /// Rod diameter; 0 for a rodless cylinder
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = super::plain_number)]
     rod: Option<f64>,
     /// The rod comes out at both ends
     #[arg(long)]
     through_rod: bool,
     /// Stroke
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = super::plain_number)]
     stroke: Option<f64>,
     /// All that moves: load, piston, rod
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = super::plain_number)]
     mass: Option<f64>,
     /// Direction in which the rod comes out, above the horizontal: 90 lifts, -90 lowers
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::plain_number)]
     inclination: f64,
     /// What is left of a chamber at its end of the stroke, hoses not included; by default a typical clearance
-    #[arg(long, value_name = "CM3")]
+    #[arg(long, value_name = "CM3", allow_negative_numbers = true, value_parser = super::plain_number)]
     dead_volume: Option<f64>,
     /// A single-acting cylinder: force of its return spring with the rod in and with the rod out
-    #[arg(long, value_name = "N", num_args = 2, conflicts_with = "through_rod")]
+    #[arg(long, value_name = "N", num_args = 2, conflicts_with = "through_rod", allow_negative_numbers = true, value_parser = super::plain_number)]
     spring: Vec<f64>,
     /// Length of the adjustable cushions at A's and at B's end; one number for both, none for bumpers
-    #[arg(long, value_name = "MM", num_args = 1..=2)]
+    #[arg(long, value_name = "MM", num_args = 1..=2, allow_negative_numbers = true, value_parser = super::plain_number)]
     cushion_length: Vec<f64>,
     /// Sonic conductance of the cushions' needles in l/(s bar); by default a tenth of the valve's exhaust
-    #[arg(long, value_name = "C", requires = "cushion_length")]
+    #[arg(long, value_name = "C", requires = "cushion_length", allow_negative_numbers = true, value_parser = super::plain_number)]
     cushion_conductance: Option<f64>,
     /// Length of the hoses from the valve to A and to B; one number for both, none for a valve on the cylinder
-    #[arg(long, value_name = "M", num_args = 1..=2)]
+    #[arg(long, value_name = "M", num_args = 1..=2, allow_negative_numbers = true, value_parser = super::plain_number)]
     hose_length: Vec<f64>,
     /// Inner diameter of the hoses
-    #[arg(long, value_name = "MM", default_value_t = 4.0)]
+    #[arg(long, value_name = "MM", default_value_t = 4.0, allow_negative_numbers = true, value_parser = super::plain_number)]
     hose_diameter: f64,
     /// Valve by its type: mpye-5-m5, mpye-5-1/8-lf, mpye-5-1/8-hf, mpye-5-1/4 or mpye-5-3/8
     #[arg(long, value_name = "TYPE", conflicts_with_all = ["flow", "conductance"])]
     valve: Option<String>,
     /// Standard nominal flow of another valve, from 6 to 5 bar
-    #[arg(long, value_name = "L_PER_MIN", conflicts_with = "conductance")]
+    #[arg(long, value_name = "L_PER_MIN", conflicts_with = "conductance", allow_negative_numbers = true, value_parser = super::plain_number)]
     flow: Option<f64>,
     /// Sonic conductance of another valve in l/(s bar), filling and exhausting; one number for both
-    #[arg(long, value_name = "C", num_args = 1..=2, requires = "critical_ratio")]
+    #[arg(long, value_name = "C", num_args = 1..=2, requires = "critical_ratio", allow_negative_numbers = true, value_parser = super::plain_number)]
     conductance: Vec<f64>,
     /// Critical pressure ratio, filling and exhausting; one number for both
-    #[arg(long, value_name = "B", num_args = 1..=2, requires = "conductance")]
+    #[arg(long, value_name = "B", num_args = 1..=2, requires = "conductance", allow_negative_numbers = true, value_parser = super::plain_number)]
     critical_ratio: Vec<f64>,
     /// Supply pressure, gauge
-    #[arg(long, value_name = "BAR", default_value_t = 6.0)]
+    #[arg(long, value_name = "BAR", default_value_t = 6.0, allow_negative_numbers = true, value_parser = super::plain_number)]
     supply: f64,
     /// Positions at the lowest and at the highest reading, from mid-stroke; by default the stroke
-    #[arg(long, value_name = "MM", num_args = 2, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", num_args = 2, allow_negative_numbers = true, value_parser = super::plain_number)]
     position_range: Vec<f64>,
     /// Pressures at the lowest and at the highest reading, gauge
-    #[arg(long, value_name = "BAR", num_args = 2, allow_negative_numbers = true, default_values_t = [0.0, 10.0])]
+    #[arg(long, value_name = "BAR", num_args = 2, allow_negative_numbers = true, default_values_t = [0.0, 10.0], value_parser = super::plain_number)]
     pressure_range: Vec<f64>,
     /// What the rig is called
     #[arg(long)]

@@ -38,19 +38,19 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "V_PER_M", allow_negative_numbers = true)]
     gain: Option<f32>,
     /// Target position, m from mid-stroke
-    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true, value_parser = super::plain_number)]
     target: f64,
     /// Length of the run, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true, value_parser = super::plain_number)]
     duration: f64,
     /// Standard deviation of the position sensor's noise, m
-    #[arg(long, value_name = "METRES", default_value_t = ConversionNoise::default().position_m, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", default_value_t = ConversionNoise::default().position_m, allow_negative_numbers = true, value_parser = super::plain_number)]
     noise_position: f64,
     /// Standard deviation of the pressure sensors' noise, Pa
-    #[arg(long, value_name = "PASCAL", default_value_t = ConversionNoise::default().pressure_pa, allow_negative_numbers = true)]
+    #[arg(long, value_name = "PASCAL", default_value_t = ConversionNoise::default().pressure_pa, allow_negative_numbers = true, value_parser = super::plain_number)]
     noise_pressure: f64,
     /// Seed of the noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// What the controller's model monitor does when the readings contradict the rig's nominal values. On the board it trips
     #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
@@ -95,9 +95,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         monitor: arguments.monitor,
         ..LoopSettings::default()
     };
+    let elf = arguments.elf.as_deref().map(read_elf).transpose()?;
     super::make_folder(&arguments.out)?;
     let mut runs = Vec::new();
-    let elf = arguments.elf.as_deref().map(read_elf).transpose()?;
     for rig in &rigs {
         runs.extend(position(rig, arguments, &settings, elf.as_deref())?);
     }
@@ -134,6 +134,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn check(arguments: &Arguments) -> Result<(), CliError> {
     super::in_range("--duration", arguments.duration, 0.1, 600.0, "seconds")?;
+    if let Some(gain) = arguments.gain {
+        let gains = &Key::gain_v_per_m.row().limits;
+        super::in_range("--gain", gain.into(), gains.low, gains.high, gains.unit)?;
+    }
     let positions = &Key::position_range_m.row().limits;
     super::in_range("--target", arguments.target, positions.low, positions.high, "metres from mid-stroke")?;
     super::in_range("--noise-position", arguments.noise_position, 0.0, 0.1, "metres")?;

@@ -31,6 +31,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    super::can_be_written(&arguments.out, [&*arguments.rig.rig, &*arguments.input])?;
     let rig = super::read_rig(&arguments.rig.rig)?;
     let command = Command::read(&arguments.input)?;
     let simulator = Simulator::new(&rig.rig, &rig.effects).map_err(|error| {

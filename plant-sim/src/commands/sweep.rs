@@ -8,7 +8,7 @@ use plant_sim::metrics::StepMetrics;
 use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, response, run_all, within_tolerance};
 use plant_sim::{LoopSettings, MonitorAction, controller};
 use report_html::{Page, Plot, Series, Table};
-use rig_files::{InputError, write_file};
+use rig_files::{InputError, Short, write_file};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -38,19 +38,19 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "RANGE", allow_hyphen_values = true)]
     vary: Vec<String>,
     /// Monte Carlo with this many runs instead of a grid
-    #[arg(long, value_name = "RUNS")]
+    #[arg(long, value_name = "RUNS", allow_negative_numbers = true)]
     samples: Option<usize>,
     /// Also draw all nominal values within their tolerance (Monte Carlo only)
     #[arg(long, requires = "samples")]
     tolerance: bool,
     /// Seed of everything random
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Target position, m from mid-stroke
-    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.045, allow_negative_numbers = true, value_parser = super::plain_number)]
     target: f64,
     /// Length of each run, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 6.0, allow_negative_numbers = true, value_parser = super::plain_number)]
     duration: f64,
     /// What the controller's model monitor does when the plant contradicts its nominal values. On the board it trips
     #[arg(long, value_name = "ACTION", value_enum, default_value_t)]
@@ -220,7 +220,7 @@ fn variation(text: &str) -> Result<Variation, String> {
 
 fn refused(keys: &[Key], job: &Job, error: &str) -> CliError {
     let values: Vec<String> =
-        keys.iter().zip(&job.values).map(|(key, value)| format!("{} = {value}", key.name())).collect();
+        keys.iter().zip(&job.values).map(|(key, value)| format!("{} = {}", key.name(), Short(*value))).collect();
     CliError::Input(InputError::new("--vary", format!("{} is refused: {error}", values.join(", ")), "narrow the range"))
 }
 

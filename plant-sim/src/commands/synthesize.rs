@@ -4,7 +4,7 @@ use super::{CliError, RigArgument};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
-use rig_files::{Column, RigFile, write_file};
+use rig_files::{Column, RigFile, Short, write_file};
 use std::path::PathBuf;
 use synthesis::{Case, Cause, Chain, Family, Foreign, Law, Which, strength, true_rig};
 
@@ -31,49 +31,49 @@ pub(crate) struct Arguments {
     #[arg(long = "effect", value_name = "ID[:NAME=VALUE,...]")]
     effects: Vec<String>,
     /// Hide this many effects, drawn at random from the catalogue
-    #[arg(long, value_name = "COUNT", num_args = 0..=1, default_missing_value = "1")]
+    #[arg(long, value_name = "COUNT", num_args = 0..=1, default_missing_value = "1", allow_negative_numbers = true)]
     hidden: Option<u8>,
     /// Strength of drawn effects: 1 is everyday, 0.25 weak
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive, allow_negative_numbers = true)]
     strength: f64,
     /// Write the hidden effects to this file (TOML); without it they are written nowhere
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     /// Seed of everything random; printed, and drawn if not given
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// identification, everyday, mixed, poor-still, poor-one-way, poor-small
     #[arg(long, value_name = "FAMILY", default_value = "mixed", value_parser = family)]
     experiment: Family,
     /// Duration
-    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = duration)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 40.0, value_parser = duration, allow_negative_numbers = true)]
     duration: f64,
     /// Relative standard error of flow coefficients, volumes, mass and friction in the rig file
-    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio)]
+    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio, allow_negative_numbers = true)]
     nominal_error: f64,
     /// Standard deviation of pressure noise
-    #[arg(long, value_name = "PA", default_value_t = 600.0, value_parser = not_negative)]
+    #[arg(long, value_name = "PA", default_value_t = 600.0, value_parser = not_negative, allow_negative_numbers = true)]
     pressure_noise: f64,
     /// Standard deviation of position noise
-    #[arg(long, value_name = "M", default_value_t = 0.05e-3, value_parser = not_negative)]
+    #[arg(long, value_name = "M", default_value_t = 0.05e-3, value_parser = not_negative, allow_negative_numbers = true)]
     position_noise: f64,
     /// Bits of the pressure converter over 10 bar
-    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(4..=24))]
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(4..=24), allow_negative_numbers = true)]
     pressure_bits: u32,
     /// Bits of the position converter over the rig file's range
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..=24))]
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..=24), allow_negative_numbers = true)]
     position_bits: u32,
     /// Standard deviation of the sampling period, relative
-    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio)]
+    #[arg(long, value_name = "RATIO", default_value_t = 0.0, value_parser = ratio, allow_negative_numbers = true)]
     jitter: f64,
     /// Stretches of missing rows per second
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative, allow_negative_numbers = true)]
     lost_rows: f64,
     /// Stretches of blank fields per second and column
-    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "RATE", default_value_t = 0.0, value_parser = not_negative, allow_negative_numbers = true)]
     blanks: f64,
     /// Cut this much off the beginning, so that the log begins while the rig is at work
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = not_negative, allow_negative_numbers = true)]
     begins: f64,
     /// Columns to record in addition to t_s and y_m
     #[arg(long, value_delimiter = ',', value_parser = column, default_value = "u_v,p_a_pa,p_b_pa,p_sup_pa,y_ref_m")]
@@ -123,6 +123,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let message = "--begins must leave a second of --duration to record";
         return Err(CliError::Usage(message.into()));
     }
+    for out in std::iter::once(&arguments.out).chain(&arguments.truth) {
+        super::can_be_written(out, [&*arguments.rig.rig])?;
+    }
     let rig_file = super::read_rig(&arguments.rig.rig)?;
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -158,6 +161,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     plant_model::Plant::new(&case.truth, &Cause::effects(&present))
         .map_err(|error| CliError::Usage(error.to_string()))?;
     let (log, _) = case.record();
+    if log.is_empty() {
+        let message = format!("--lost-rows {} loses every row; give fewer", Short(arguments.lost_rows));
+        return Err(CliError::Usage(message));
+    }
     log.write(&arguments.out)?;
     if let Some(path) = &arguments.truth {
         write_file(path, |file| file.write_all(case.truth_toml().as_bytes()))?;

@@ -19,6 +19,7 @@ pub mod transfer;
 pub mod tune;
 
 use board_link::Parameter;
+use rig_files::Short;
 
 /// A parameter and its new value.
 pub type Change = (Parameter, f32);
@@ -26,5 +27,6 @@ pub type Change = (Parameter, f32);
 /// Says that a value is outside the board's range.
 #[must_use]
 pub fn out_of_range(parameter: Parameter, value: f32) -> String {
-    format!("the board does not take `{}` = {value}; its range is {}", parameter.name(), parameter.info().range())
+    let info = parameter.info();
+    format!("the board does not take `{}` = {}; its range is {}", parameter.name(), Short(value), info.range())
 }

@@ -3,7 +3,7 @@
 use super::{Change, out_of_range};
 use board_link::Parameter;
 use firmware_core::Settings;
-use rig_files::{Document, InputError};
+use rig_files::{Document, InputError, Short};
 use std::fmt::Write;
 
 /// What a file for `board apply` is.
@@ -39,7 +39,7 @@ pub fn parse(text: &str, file: &str) -> Result<Vec<Change>, InputError> {
         let parameter =
             Parameter::from_name(entry.name).ok_or_else(|| entry.unknown(Parameter::ALL.map(Parameter::name)))?;
         let value = entry.number()? as f32;
-        let refused = |_| entry.error(format!("= {value} is refused"), out_of_range(parameter, value));
+        let refused = |_| entry.error(format!("= {} is refused", Short(value)), out_of_range(parameter, value));
         parameter.check(value).map_err(refused)?;
         Ok((parameter, value))
     };

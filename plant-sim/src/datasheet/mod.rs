@@ -5,7 +5,7 @@ mod page;
 pub mod valves;
 
 use plant_model::{Effect, OpeningTable, Rig};
-use rig_files::RigFile;
+use rig_files::{RigFile, Short};
 use std::f64::consts::PI;
 use valves::{FLOW_TOLERANCE, HYSTERESIS, LAG_TOLERANCE, STROKE_V, Valve, conductance_of_flow};
 
@@ -103,6 +103,7 @@ impl SetUp {
             if (low..=high).contains(&value) {
                 Ok(())
             } else {
+                let [value, low, high] = [value, low, high].map(Short);
                 Err(format!("{name} {value} must lie from {low} to {high} {unit}; check the unit"))
             }
         };
@@ -116,11 +117,12 @@ impl SetUp {
         }
         if let Some([inside, out]) = self.spring_n {
             range("--spring", inside, [0.1, 1.0e5], "N with the rod in")?;
-            if out < inside {
+            let (too_weak, [inside, out]) = (out < inside, [inside, out].map(Short));
+            if too_weak {
                 return Err(format!("--spring {inside} {out}: a return spring presses no less with the rod out"));
             }
             let piston_n = self.areas_m2()[0] * self.supply_bar * 1.0e5;
-            if out >= piston_n {
+            if out.0 >= piston_n {
                 return Err(format!(
                     "--spring {inside} {out}: at {} bar the piston presses with {piston_n:.0} N and would never come out; \
                      check the unit (N)",
@@ -154,6 +156,7 @@ impl SetUp {
         if let Some(dead) = self.dead_volume_cm3 {
             // Less than a thousandth is not left at any end, more than all of the stroke is not a cylinder's.
             if !(1.0e-3 * swept_cm3..=swept_cm3).contains(&dead) {
+                let dead = Short(dead);
                 return Err(format!(
                     "--dead-volume {dead} cm3 beside {swept_cm3:.1} cm3 that the piston sweeps is not plausible; it is what \
                      is left in a chamber at its end of the stroke, in cm3, hoses not included"
@@ -166,30 +169,30 @@ impl SetUp {
     fn check_ranges(&self) -> Result<(), String> {
         let half = 0.5 * self.stroke_mm;
         let [low, high] = self.position_mm;
+        let given = format!("--position-range {} {}", Short(low), Short(high));
         if low >= high {
-            return Err(format!(
-                "--position-range {low} {high} must rise: mm at the lowest and at the highest reading"
-            ));
+            return Err(format!("{given} must rise: mm at the lowest and at the highest reading"));
         }
         let middle = 0.5 * (low + high);
         if middle.abs() > 0.1 * self.stroke_mm {
+            let [low, high, middle, from, to] = [low, high, middle, low - middle, high - middle].map(Short);
             return Err(format!(
-                "--position-range {low} {high}: positions count from mid-stroke, ±{half} mm, and the middle of this range is \
-                 at {middle} mm; a sensor that reads {low} to {high} mm from the end stop has the range {} to {}",
-                low - middle,
-                high - middle
+                "{given}: positions count from mid-stroke, ±{half} mm, and the middle of this range is at {middle} mm; a sensor \
+                 that reads {low} to {high} mm from the end stop has the range {from} to {to}"
             ));
         }
         if low > -0.9 * half || high < 0.9 * half {
-            return Err(format!(
-                "--position-range {low} {high} does not reach the ends of the stroke at ±{half} mm; check the unit (mm)"
-            ));
+            return Err(format!("{given} does not reach the ends of the stroke at ±{half} mm; check the unit (mm)"));
         }
         if high - low > 10.0 * self.stroke_mm {
-            return Err(format!("--position-range {low} {high} is ten times the stroke of {} mm", self.stroke_mm));
+            return Err(format!(
+                "{given} is more than ten times the stroke of {} mm; check the unit (mm)",
+                self.stroke_mm
+            ));
         }
         let [low, high] = self.pressure_bar;
         if low >= high || high < self.supply_bar || low > 0.5 || high > 100.0 {
+            let [low, high] = [low, high].map(Short);
             return Err(format!(
                 "--pressure-range {low} {high} must reach from about 0 to above the supply of {} bar gauge; a sensor of \
                  absolute pressure from 0 to 10 bar has the range -1.013 to 8.987",

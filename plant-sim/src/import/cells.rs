@@ -45,12 +45,12 @@ impl Numbers {
             })
     }
 
-    /// Reads a cell; a unit behind the number is allowed if it is that of the column.
-    pub(super) fn read(&self, cell: &str, unit: Option<&str>) -> Cell {
+    /// Reads a cell; a unit behind the number is allowed if it is one of the column's.
+    pub(super) fn read<'u>(&self, cell: &str, units: impl IntoIterator<Item = &'u str>) -> Cell {
         if self.is_missing(cell) {
             return Cell::Missing;
         }
-        let bare = unit.and_then(|unit| cell.trim().strip_suffix(unit)).unwrap_or(cell);
+        let bare = units.into_iter().find_map(|unit| cell.trim().strip_suffix(unit)).unwrap_or(cell);
         self.number(bare).map_or(Cell::Other, Cell::Number)
     }
 

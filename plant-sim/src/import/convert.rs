@@ -2,10 +2,11 @@
 
 use super::cells::Cell;
 use super::hints::{self, Place};
+use super::separator::{LOOKED_AT, Separator, clean};
 use super::stamps::{self, DAY_NS, SECOND_NS};
 use super::units::{self, Quantity};
-use super::{ColumnRule, Mapping, Separator, Source, TimeCells};
-use rig_files::{Column, InputError, Log};
+use super::{ColumnRule, Mapping, Source, TimeCells};
+use rig_files::{Column, InputError, Log, Short, quotes_close};
 
 /// A log, and sentences about what was done to get it.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +17,18 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// The line a row begins in, and its fields.
-type Row = (u64, Vec<String>);
+/// How many names of columns an error carries.
+const MOST_NAMES: usize = 40;
+
+/// A row of the table.
+#[derive(Default)]
+struct Row {
+    /// The line it begins in.
+    line: u64,
+    fields: Vec<String>,
+    /// The error that a field goes on in the next line: names may, numbers may not.
+    broken: Option<InputError>,
+}
 
 /// Where a rule finds its cell.
 #[derive(Clone, Debug)]
@@ -52,32 +63,39 @@ impl Mapping {
             return Err(InputError::new(&self.file, "`source.decimal_comma` contradicts the separator", remedy));
         }
         let mut rows = self.rows(&numbers, &lines, file).peekable();
-        let mut next = |what: &str, key: &str| match rows.next() {
-            Some(row) => row,
-            None => Err(InputError::new(file, format!("has no {what}"), format!("check `{key}` in {}", self.file))),
+        let mut next = |what: &str, key: &str| {
+            let missing = || InputError::new(file, format!("has no {what}"), format!("check `{key}` in {}", self.file));
+            let row = rows.next().ok_or_else(missing)??;
+            match row.broken {
+                // A quote that no line closes has taken all rows.
+                Some(error) if rows.peek().is_none() => Err(error),
+                _ => Ok(row.fields),
+            }
         };
-        let (mut names, mut written) = ((0, Vec::new()), (0, Vec::new()));
+        let (mut names, mut written) = (Vec::new(), Vec::new());
         if self.header {
             names = next("header row", "skip_lines")?;
         }
         if self.units_line {
             written = next("line of units", "units_line")?;
         }
-        let found = self.places(&names.1, file)?;
+        let source = Table { file, names: &names, numbers: &numbers, lines: &lines };
+        let found = self.places(&source)?;
         let mut notes = Vec::new();
-        let rules = self.with_units(&names.1, &written.1, &found, &mut notes);
-        let mut table = Rows::new(self, &rules, &found, &names.1, file);
+        let rules = self.with_units(&names, &written, &found, &mut notes);
+        let mut table = Rows::new(self, &rules, &found, &source);
         while let Some(row) = rows.next() {
-            let (line, fields) = row?;
-            if self.header && (fields == names.1 || (self.units_line && fields == written.1)) {
-                table.count.repeated_headers += usize::from(fields == names.1);
+            let Row { line, fields, broken } = row?;
+            if self.header && (fields == names || (self.units_line && fields == written)) {
+                table.count.repeated_headers += usize::from(fields == names);
                 continue;
             }
+            broken.map_or(Ok(()), Err)?;
             table.take(line, &fields, rows.peek().is_none())?;
         }
         let (columns, count) = (table.values, table.count);
         self.say(&count, &mut notes);
-        let mut log = self.assemble(&rules, columns, file)?;
+        let mut log = self.assemble(&rules, &found, columns, &count, &source, &mut notes)?;
         for rule in rules.iter().filter(|rule| rule.shift_s != 0.0) {
             if let Some(column) = rule.target {
                 log.set(column, log.shifted(column, rule.shift_s));
@@ -141,46 +159,108 @@ impl Mapping {
         rules
     }
 
-    fn assemble(&self, rules: &[ColumnRule], values: Vec<Vec<f64>>, file: &str) -> Result<Log, InputError> {
+    /// The log, of the values of the time and of each other column.
+    fn assemble(
+        &self,
+        rules: &[ColumnRule],
+        found: &[Found],
+        values: Vec<Vec<f64>>,
+        count: &Count,
+        source: &Table<'_>,
+        notes: &mut Vec<String>,
+    ) -> Result<Log, InputError> {
+        let file = source.file;
         let mut log = Log::default();
         let mut values = values.into_iter();
         log.t_s = values.next().unwrap_or_default();
+        let of_rule = |of: Option<Column>| rules.iter().zip(found).find(|(rule, _)| rule.target == of);
+        let empty = |(rule, found): (&ColumnRule, &Found)| {
+            let places = match found {
+                Found::At(place) => std::slice::from_ref(place),
+                Found::Joined(places) => places,
+                Found::Constant(_) => &[],
+            };
+            let columns: Vec<String> = places.iter().map(|place| source.column(*place)).collect();
+            let (name, columns) = (rule.name, columns.join(" and "));
+            let problem = format!("no row has a sample in column {columns}, which {} takes for {name}", self.file);
+            let remedy = format!("record it, or let `from` under [column.{name}] in {} name another column", self.file);
+            InputError::new(file, problem, remedy)
+        };
+        if log.is_empty() {
+            if let Some(time) = of_rule(None).filter(|_| count.without_time.0 > 0) {
+                return Err(empty(time));
+            }
+            let remedy = format!("check `skip_lines`, `comment` and `header` in {}", self.file);
+            return Err(InputError::new(file, "has no data", remedy));
+        }
+        let mut without = Vec::new();
         for (rule, values) in rules.iter().filter(|rule| rule.target.is_some()).zip(values) {
             if let Some(column) = rule.target {
                 let any = values.iter().any(|value| value.is_finite());
                 log.set(column, any.then_some(values));
+                without.extend((!any).then_some(column));
             }
         }
-        if log.is_empty() {
-            let remedy = format!("check `skip_lines`, `comment` and `header` in {}", self.file);
-            return Err(InputError::new(file, "has no data", remedy));
+        let others = Column::ALL.into_iter().any(|column| column != Column::Y && log.column(column).is_some());
+        let needed = without.iter().find(|column| **column == Column::Y || !others);
+        if let Some(column) = needed.and_then(|column| of_rule(Some(*column))) {
+            return Err(empty(column));
         }
+        notes
+            .extend(without.into_iter().filter_map(|column| of_rule(Some(column))).map(|column| empty(column).problem));
         // What was written must be readable: the same rules as for any log.
         Log::parse(log.to_csv().into_bytes(), file)
     }
 
-    /// Where each rule finds its cell, or its constant.
-    fn places(&self, names: &[String], file: &str) -> Result<Vec<Found>, InputError> {
-        let place = |name: &str| {
-            // The name as it stands; else without its unit, capitals aside.
-            let same = |known: &String| known == name;
-            let alike = |known: &String| units::split(known).0.eq_ignore_ascii_case(name.trim());
-            let exact: Vec<usize> = (0..names.len()).filter(|at| same(&names[*at])).collect();
-            let near = || (0..names.len()).filter(|at| alike(&names[*at])).collect::<Vec<usize>>();
-            let found = if exact.is_empty() { near() } else { exact };
-            match found[..] {
-                [at] => Ok(at),
-                [] => Err(InputError::new(
-                    file,
-                    format!("has no column `{}`, which {} asks for", name.escape_debug(), self.file),
-                    format!("use one of: {}", names.iter().map(|name| shown(name)).collect::<Vec<_>>().join(", ")),
-                )),
-                [first, second, ..] => Err(InputError::new(
-                    file,
-                    format!("has more than one column `{}`, which {} asks for", name.escape_debug(), self.file),
-                    format!("give its number: from = {} or from = {}", first + 1, second + 1),
-                )),
+    /// The error of a column that the header does not name, with the line of the mapping that would find it.
+    fn no_column(&self, name: &str, source: &Table<'_>) -> InputError {
+        let problem = format!("has no column `{}`, which {} asks for", name.escape_debug(), self.file);
+        // Whether a line names all columns of the mapping.
+        let names_all = |cells: &[String]| {
+            let mut asked = self.columns.iter().flat_map(|rule| match &rule.source {
+                Source::Name(name) => std::slice::from_ref(name),
+                Source::Joined(names) => names,
+                Source::Number(_) | Source::Constant(_) => &[],
+            });
+            asked.all(|name| !named(cells, name).is_empty())
+        };
+        // This separator first: then a line to be skipped is all that is wrong.
+        let others = Separator::ALL.into_iter().filter(|other| *other != self.separator);
+        let header = std::iter::once(self.separator).chain(others).find_map(|separator| {
+            let at = source.lines.iter().take(LOOKED_AT).position(|line| names_all(&separator.cells(line)))?;
+            Some((separator, source.numbers[at] - 1)).filter(|found| *found != (self.separator, self.skip_lines as u64))
+        });
+        let cut = || self.separator.other(|other| source.names.len() == 1 && source.is_cut_by(other, 2));
+        let header = header.or_else(|| Some((cut()?, self.skip_lines as u64)));
+        let remedy = match header {
+            Some((separator, skipped)) => {
+                let separator =
+                    (separator != self.separator).then(|| format!("`separator = \"{}\"`", separator.name()));
+                let skipped = (skipped > self.skip_lines as u64).then(|| format!("`skip_lines = {skipped}`"));
+                let lines: Vec<String> = separator.into_iter().chain(skipped).collect();
+                format!("set {} under [source] in {}", lines.join(" and "), self.file)
             }
+            None => {
+                let known: Vec<String> =
+                    source.names.iter().filter(|name| !name.is_empty()).map(|name| shown(name)).collect();
+                let more = known.len().saturating_sub(MOST_NAMES);
+                let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+                format!("use one of: {}{more}", known[..known.len().min(MOST_NAMES)].join(", "))
+            }
+        };
+        InputError::new(source.file, problem, remedy)
+    }
+
+    /// Where each rule finds its cell, or its constant.
+    fn places(&self, source: &Table<'_>) -> Result<Vec<Found>, InputError> {
+        let place = |name: &str| match named(source.names, name)[..] {
+            [at] => Ok(at),
+            [] => Err(self.no_column(name, source)),
+            [first, second, ..] => Err(InputError::new(
+                source.file,
+                format!("has more than one column `{}`, which {} asks for", name.escape_debug(), self.file),
+                format!("give its number: from = {} or from = {}", first + 1, second + 1),
+            )),
         };
         self.columns
             .iter()
@@ -202,10 +282,12 @@ impl Mapping {
         lines: &'a [&str],
         file: &'a str,
     ) -> Box<dyn Iterator<Item = Result<Row, InputError>> + 'a> {
-        let clean = |field: &str| field.trim().trim_matches('"').trim().to_string();
-        let Separator::Byte(byte) = self.separator else {
-            let fields = move |line: &str| line.split_whitespace().map(clean).collect();
-            return Box::new(numbers.iter().zip(lines).map(move |(number, line)| Ok((*number, fields(line)))));
+        let separator = self.separator;
+        let Separator::Byte(byte) = separator else {
+            let row = move |(line, text): (&u64, &&str)| {
+                Ok(Row { line: *line, fields: separator.cells(text), ..Row::default() })
+            };
+            return Box::new(numbers.iter().zip(lines).map(row));
         };
         let table = std::io::Cursor::new(lines.join("\n"));
         let mut reader = csv::ReaderBuilder::new();
@@ -217,9 +299,45 @@ impl Mapping {
             })?;
             // A field between quotes may go on over several lines.
             let line = record.position().map_or(0, |position| position.line().saturating_sub(1)) as usize;
-            Ok((numbers.get(line).copied().unwrap_or_default(), record.iter().map(clean).collect()))
+            let line = numbers.get(line).copied().unwrap_or_default();
+            let broken = quotes_close(record.as_slice(), file, line).err();
+            Ok(Row { line, fields: record.iter().map(clean).collect(), broken })
         }))
     }
+}
+
+/// The table as it was read.
+struct Table<'a> {
+    file: &'a str,
+    /// Of its columns; none without a header.
+    names: &'a [String],
+    /// Its lines, the header first, and their numbers in the file.
+    lines: &'a [&'a str],
+    numbers: &'a [u64],
+}
+
+impl Table<'_> {
+    /// How a message calls a column.
+    fn column(&self, place: usize) -> String {
+        match self.names.get(place) {
+            Some(name) if !name.is_empty() => format!("`{}`", shown(name)),
+            _ => (place + 1).to_string(),
+        }
+    }
+
+    /// Whether a separator cuts the first two lines into so many cells or more, one of them at most with a separator at its end.
+    fn is_cut_by(&self, separator: Separator, least: usize) -> bool {
+        let [first, second] = [0, 1].map(|at| self.lines.get(at).map_or(0, |line| separator.cells(line).len()));
+        first.min(second) >= least && first.abs_diff(second) <= 1
+    }
+}
+
+/// The places of a name: as it stands; else without its unit, capitals aside.
+fn named(names: &[String], name: &str) -> Vec<usize> {
+    let alike = |known: &String| units::split(known).0.eq_ignore_ascii_case(name.trim());
+    let places = |is: &dyn Fn(&String) -> bool| (0..names.len()).filter(|at| is(&names[*at])).collect::<Vec<usize>>();
+    let exact = places(&|known| known == name);
+    if exact.is_empty() { places(&alike) } else { exact }
 }
 
 /// Text of a file, as much of it as an error carries.
@@ -232,8 +350,7 @@ struct Rows<'a> {
     mapping: &'a Mapping,
     rules: &'a [ColumnRule],
     found: &'a [Found],
-    names: &'a [String],
-    file: &'a str,
+    source: &'a Table<'a>,
     /// How many fields a row can have: those of the header, or of the first row.
     width: Option<usize>,
     /// How many the row before had.
@@ -260,22 +377,15 @@ struct Clock {
 }
 
 impl<'a> Rows<'a> {
-    fn new(
-        mapping: &'a Mapping,
-        rules: &'a [ColumnRule],
-        found: &'a [Found],
-        names: &'a [String],
-        file: &'a str,
-    ) -> Self {
+    fn new(mapping: &'a Mapping, rules: &'a [ColumnRule], found: &'a [Found], source: &'a Table<'a>) -> Self {
         let columns = 1 + rules.iter().filter(|rule| rule.target.is_some()).count();
-        let width = mapping.header.then_some(names.len());
+        let width = mapping.header.then_some(source.names.len());
         let values = vec![Vec::new(); columns];
         Self {
             mapping,
             rules,
             found,
-            names,
-            file,
+            source,
             width,
             before: 0,
             clock: Clock::default(),
@@ -285,7 +395,7 @@ impl<'a> Rows<'a> {
     }
 
     fn error(&self, line: u64, problem: String, remedy: String) -> InputError {
-        InputError::new(self.file, problem, remedy).at_line(line)
+        InputError::new(self.source.file, problem, remedy).at_line(line)
     }
 
     fn take(&mut self, line: u64, fields: &[String], last: bool) -> Result<(), InputError> {
@@ -295,12 +405,19 @@ impl<'a> Rows<'a> {
             if let Found::At(place) = found
                 && *place >= width
             {
-                let problem = format!("has {width} fields, but column {} is asked for", place + 1);
-                let remedy = format!("check `separator` and the column numbers (counted from 1) in {map}");
+                let fields = if width == 1 { "field" } else { "fields" };
+                let problem = format!("has {width} {fields}, but column {} is asked for", place + 1);
+                let other = self.mapping.separator.other(|other| self.source.is_cut_by(other, place + 1));
+                let remedy = match other {
+                    Some(other) => format!("set `separator = \"{}\"` under [source] in {map}", other.name()),
+                    None => format!("check `separator` and the column numbers (counted from 1) in {map}"),
+                };
                 return Err(self.error(line, problem, remedy));
             }
         }
-        if last && fields.len() < self.before {
+        // A quote that the last line leaves open is cut off, too, and the number behind it.
+        let open = || self.source.lines.last().is_some_and(|line| self.mapping.separator.leaves_open(line));
+        if last && (fields.len() < self.before || open()) {
             self.count.cut_off = true;
             return Ok(());
         }
@@ -357,7 +474,7 @@ impl<'a> Rows<'a> {
                 )
             } else {
                 (
-                    format!("has the time of the row before, {t_s} s, and other values"),
+                    format!("has the time of the row before, {} s, and other values", Short(t_s)),
                     format!(
                         "remove one of the rows, export the time with more digits, or remove [column.t_s] in {} and give \
                          `interval_s` under [source]",
@@ -389,6 +506,7 @@ impl<'a> Rows<'a> {
         } else {
             "sort the rows, and check the unit and the column of the time".into()
         };
+        let [before, t_s] = [before, t_s].map(Short);
         self.error(line, format!("the time goes from {before} s to {t_s} s"), remedy)
     }
 
@@ -419,11 +537,12 @@ impl<'a> Rows<'a> {
             };
             let factor = rule.sign * rule.unit.as_ref().map_or(1.0, |unit| unit.1);
             // The difference of large numbers, such as seconds since 1970, before they lose digits in the unit.
-            return Ok(Some(if self.mapping.rebase_time {
+            let t_s = if self.mapping.rebase_time {
                 (value - *self.clock.origin.get_or_insert(value)) * factor
             } else {
                 value * factor + rule.offset
-            }));
+            };
+            return if t_s.is_finite() { Ok(Some(t_s)) } else { Err(self.too_large(rule, place, &cell, line)) };
         }
         let ns = if let TimeCells::DateTime { format } = &rule.time {
             let stamp = match format {
@@ -451,7 +570,10 @@ impl<'a> Rows<'a> {
 
     /// One sample in SI; NaN where it is missing.
     fn sample(&self, rule: &ColumnRule, place: usize, cell: &str, line: u64) -> Result<f64, InputError> {
-        let value = match self.mapping.numbers.read(cell, rule.unit.as_ref().map(|unit| &unit.0[..])) {
+        // Of a signal, a percentage for instance, two points say what it means.
+        let signals = rule.points.iter().flat_map(|_| units::SIGNALS);
+        let units = rule.unit.iter().map(|unit| &unit.0[..]).chain(signals);
+        let value = match self.mapping.numbers.read(cell, units) {
             Cell::Missing => return Ok(f64::NAN),
             Cell::Number(value) => value,
             Cell::Other => return Err(self.wrong(rule, place, cell, line)),
@@ -461,14 +583,21 @@ impl<'a> Rows<'a> {
             None => value,
         };
         let factor = rule.sign * rule.unit.as_ref().map_or(1.0, |unit| unit.1);
-        Ok(value * factor + rule.offset)
+        let value = value * factor + rule.offset;
+        if value.is_finite() { Ok(value) } else { Err(self.too_large(rule, place, cell, line)) }
+    }
+
+    /// The error of a number that its unit or its points carry beyond what a computer can hold.
+    fn too_large(&self, rule: &ColumnRule, place: usize, cell: &str, line: u64) -> InputError {
+        let column = self.source.column(place);
+        let problem = format!("column {column} is `{}`, which is no finite number in SI", shown(cell));
+        let remedy =
+            format!("correct the cell, or `unit` and `points` under [column.{}] in {}", rule.name, self.mapping.file);
+        self.error(line, problem, remedy)
     }
 
     fn wrong(&self, rule: &ColumnRule, place: usize, cell: &str, line: u64) -> InputError {
-        let column = match self.names.get(place) {
-            Some(name) if !name.is_empty() => format!("`{}`", shown(name)),
-            _ => (place + 1).to_string(),
-        };
+        let column = self.source.column(place);
         let mapping = self.mapping;
         let (problem, remedy) = hints::of(
             cell,

@@ -1,8 +1,9 @@
 //! What a cell is that should have been a number or a time, and which line of the mapping would take it.
 
 use super::cells::Numbers;
+use super::separator::Separator;
 use super::units::Quantity;
-use super::{ColumnRule, Separator, TimeCells, stamps, units};
+use super::{ColumnRule, TimeCells, stamps, units};
 
 /// What the hints may look at.
 pub(super) struct Place<'a> {
@@ -20,21 +21,32 @@ pub(super) struct Place<'a> {
 /// The problem and the remedy.
 pub(super) fn of(cell: &str, place: &Place<'_>) -> (String, String) {
     let shown: String = cell.trim().chars().take(40).flat_map(char::escape_debug).collect();
-    let Place { map, rule, column, .. } = place;
-    let wanted = match rule.time {
+    let column = place.column;
+    let wanted = match place.rule.time {
         TimeCells::Number => "a number",
         TimeCells::DateTime { .. } => "a date with a time",
         TimeCells::Clock => "a time of day",
     };
     let (what, remedy) = what(cell.trim(), place);
     let what = if what.is_empty() { String::new() } else { format!(", {what},") };
-    (
-        format!("column {column} is `{shown}`{what} where {wanted} belongs"),
-        remedy.replace("[t_s]", "under [column.t_s]").replace("[s]", "under [source]") + &format!(" in {map}"),
-    )
+    (format!("column {column} is `{shown}`{what} where {wanted} belongs"), in_the_mapping(&remedy, cell.trim(), place))
 }
 
-/// What the cell seems to be, and the line to write; `[t_s]` and `[s]` stand for the table it belongs to.
+/// A remedy with the tables of the mapping in full, its file behind the first of them, and the cell.
+fn in_the_mapping(remedy: &str, cell: &str, place: &Place<'_>) -> String {
+    let of_column = format!("[column.{}]", place.rule.name);
+    let tables = [("[t_s]", "[column.t_s]"), ("[c]", &of_column), ("[s]", "[source]")];
+    let first = tables.into_iter().filter_map(|(short, table)| Some((remedy.find(short)?, short, table))).min();
+    let with_file = first.map_or(remedy.to_string(), |(_, short, table)| {
+        remedy.replacen(short, &format!("under {table} in {}", place.map), 1)
+    });
+    let full =
+        tables.into_iter().fold(with_file, |text, (short, table)| text.replace(short, &format!("under {table}")));
+    full.replace("[cell]", &cell.escape_debug().to_string())
+}
+
+/// What the cell seems to be, and the line to write; `[t_s]`, `[c]` and `[s]` stand for the table it belongs to: that of the time,
+/// of the column, or `[source]`; `[cell]` for the cell.
 fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
     let is_time = place.rule.target.is_none();
     let stated = matches!(&place.rule.time, TimeCells::DateTime { format: Some(_) });
@@ -49,7 +61,7 @@ fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
         stamps::time_of_day(cell).map(|_| ("a time of day", "clock"))
     };
     match (kind, is_time) {
-        (Some((what, _)), false) => return (what, wrong_column(place)),
+        (Some((what, _)), false) => return (what, wrong_column()),
         (Some((what, _)), true) if stated => return (what, "correct `format` [t_s]".into()),
         (Some((_, "datetime")), true) if let Some([day, month]) = stamps::formats(cell) => {
             let choice = match (day, month) {
@@ -76,42 +88,35 @@ fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
                         `from = [\"DATE\", \"TIME\"]`";
             ("", text.into())
         } else {
-            ("", not_a_row(place))
+            ("", not_a_row())
         };
     }
     if let Some((what, line)) = otherwise_written(cell, place.numbers) {
         return (what, format!("set {line} [s]"));
     }
-    if let Some((number, unit)) = with_unit(cell, place.numbers) {
-        let _ = number;
-        return match unit {
-            Some(unit) => {
-                ("a number with a unit", format!("set `unit = \"{unit}\"` under [column.{}]", place.rule.name))
+    if let Some(unit) = with_unit(cell, place.numbers) {
+        let remedy = match unit {
+            Some(units::Written { unit: Some((_, unit, _)), .. }) => format!("set `unit = \"{unit}\"` [c]"),
+            Some(units::Written { signal: Some(signal), .. }) if !is_time => {
+                let points = units::two_readings(signal, Quantity::of(place.rule.name));
+                format!("{points} [c]; or let `from` name another column")
             }
-            None => ("a number with a unit", "export the numbers without units".into()),
+            _ => "export the numbers without units, or let `from` [c] name another column".into(),
         };
+        return ("a number with a unit", remedy);
     }
-    let others: [(&str, &str, Separator); 3] = [
-        (";", "semicolon", Separator::Byte(b';')),
-        ("\t", "tab", Separator::Byte(b'\t')),
-        (",", "comma", Separator::Byte(b',')),
-    ];
-    for (mark, name, separator) in others {
-        if separator != place.separator && cell.contains(mark) {
-            return ("several cells", format!("set `separator = \"{name}\"` [s]"));
-        }
+    let several = |other: Separator| other != Separator::Blanks && other.cells(cell).len() > 1;
+    if let Some(other) = place.separator.other(several) {
+        return ("several cells", format!("set `separator = \"{}\"` [s]", other.name()));
     }
     let digits = cell.bytes().any(|byte| byte.is_ascii_digit());
     if ["true", "false", "on", "off", "ein", "aus"].contains(&cell.to_lowercase().as_str()) {
-        return ("a switch", wrong_column(place));
+        return ("a switch", wrong_column());
     }
     if cell.to_lowercase().trim_start_matches(['+', '-', '1', '.', '#']).starts_with("inf")
         || (digits && cell.parse::<f64>().is_ok())
     {
-        return (
-            "no finite number",
-            format!("set `missing = [\"{}\"]` [s] if it marks a missing sample", cell.escape_debug()),
-        );
+        return ("no finite number", "set `missing = [\"[cell]\"]` [s] if it marks a missing sample".into());
     }
     if place.first && units::read(cell).is_some() {
         return ("a unit", "set `units_line = true` [s]".into());
@@ -120,10 +125,9 @@ fn what(cell: &str, place: &Place<'_>) -> (&'static str, String) {
         return ("", "set `skip_lines`, `header` and `separator` [s] so that the table begins below its header".into());
     }
     if !digits && cell.chars().count() <= 20 {
-        let word = cell.escape_debug();
-        return ("", format!("set `missing = [\"{word}\"]` [s] if it marks a missing sample; {}", not_a_row(place)));
+        return ("", format!("set `missing = [\"[cell]\"]` [s] if it marks a missing sample; {}", not_a_row()));
     }
-    ("", not_a_row(place))
+    ("", not_a_row())
 }
 
 /// The remedy for a name that has more than one meaning, such as CST, or changes in the night when the clocks do.
@@ -132,7 +136,7 @@ fn zone_by_name(place: &Place<'_>) -> String {
     match place.rule.time {
         TimeCells::DateTime { .. } => format!(
             "{export} stamps with an offset such as +01:00, or in UTC; or, if all rows have the same name, write it at the end of \
-             `format` [t_s], e.g. \"%d.%m.%Y %H:%M:%S%.f CET\","
+             `format` [t_s], e.g. \"%d.%m.%Y %H:%M:%S%.f CET\""
         ),
         _ => format!(
             "{export} times without one, or with their date and an offset such as +01:00 and set `time = \"datetime\"` [t_s]"
@@ -140,11 +144,11 @@ fn zone_by_name(place: &Place<'_>) -> String {
     }
 }
 
-fn wrong_column(place: &Place<'_>) -> String {
-    format!("let `from` under [column.{}] name another column", place.rule.name)
+fn wrong_column() -> String {
+    "let `from` [c] name another column".into()
 }
 
-fn not_a_row(_: &Place<'_>) -> String {
+fn not_a_row() -> String {
     "delete the line if it is no part of the table, or set `comment` [s] if all such lines begin with one character"
         .into()
 }
@@ -172,15 +176,13 @@ fn otherwise_written(cell: &str, numbers: &Numbers) -> Option<(&'static str, Str
     (!lines.is_empty()).then(|| (what, lines.join(" and ")))
 }
 
-/// A number with text behind it, and the unit of a mapping that this text is.
-fn with_unit(cell: &str, numbers: &Numbers) -> Option<(f64, Option<&'static str>)> {
+/// The text behind a number as a unit, if it is one; `None` where there is no number with text behind it.
+fn with_unit(cell: &str, numbers: &Numbers) -> Option<Option<units::Written>> {
     let end = cell.rfind(|c: char| c.is_ascii_digit())? + 1;
     let (number, text) = cell.split_at(end);
-    let value = numbers.number(number)?;
-    if text.trim().is_empty() || text.trim().chars().count() > 8 {
-        return None;
-    }
-    Some((value, units::read(text).and_then(|written| written.unit).map(|(_, name, _)| name)))
+    numbers.number(number)?;
+    let text = text.trim();
+    (!text.is_empty() && text.chars().count() <= 8).then(|| units::read(text))
 }
 
 /// A sentence about a unit in the header that is not the mapping's.

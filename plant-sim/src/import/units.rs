@@ -85,11 +85,29 @@ pub(super) fn factor(quantity: Quantity, unit: &str) -> Option<f64> {
     UNITS.iter().find(|(of, name, _)| *of == quantity && *name == unit).map(|(_, _, factor)| *factor)
 }
 
+/// What a mapping states of a signal that stands for a quantity, for a message.
+pub(super) fn two_readings(signal: &str, quantity: Quantity) -> String {
+    let [low, high] = if signal == "%" { ["0", "100"] } else { ["4", "20"] };
+    let ([from, to], unit) = match quantity {
+        Quantity::Voltage => (["-5.0", "5.0"], "V"),
+        Quantity::Length => (["-0.1", "0.1"], "m"),
+        Quantity::Pressure => (["1.0e5", "1.1e6"], "Pa"),
+        Quantity::Force => (["0.0", "500.0"], "N"),
+        Quantity::Time => (["0.0", "1.0"], "s"),
+    };
+    format!(
+        "say what two readings mean, in {unit} if no `unit` is given, e.g. `points = [[{low}, {from}], [{high}, {to}]]`"
+    )
+}
+
 /// The units of a quantity, for a message.
 pub(super) fn names(quantity: Quantity) -> String {
     let fitting: Vec<&str> = UNITS.iter().filter(|(of, _, _)| *of == quantity).map(|(_, name, _)| *name).collect();
     fitting.join(", ")
 }
+
+/// What stands behind readings that measure no quantity of a log.
+pub(super) const SIGNALS: [&str; 2] = ["%", "mA"];
 
 /// A unit as a header or a cell writes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +116,7 @@ pub(super) struct Written {
     pub(super) unit: Option<Unit>,
     /// `bar(g)`: true, `bara`: false.
     pub(super) gauge: Option<bool>,
-    /// `%` or `mA`.
+    /// One of [`SIGNALS`].
     pub(super) signal: Option<&'static str>,
 }
 
@@ -108,8 +126,7 @@ pub(super) fn read(text: &str) -> Option<Written> {
     // `bar(g)` keeps its bracket, `(bar)` has lost its first one.
     let bare = if bare.contains('(') { bare } else { bare.trim_end_matches(')').trim() };
     let percent = ["pct", "percent", "prozent"].iter().any(|word| word.eq_ignore_ascii_case(bare));
-    let signal =
-        ["%", "mA"].into_iter().find(|signal| signal.eq_ignore_ascii_case(bare) || (percent && *signal == "%"));
+    let signal = SIGNALS.into_iter().find(|signal| signal.eq_ignore_ascii_case(bare) || (percent && *signal == "%"));
     if let Some(signal) = signal {
         return Some(Written { unit: None, gauge: None, signal: Some(signal) });
     }

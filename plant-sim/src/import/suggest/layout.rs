@@ -1,10 +1,9 @@
 //! Where the table is in the file: separator, decimal sign, header, units, first row.
 
 use super::super::cells::Numbers;
-use super::super::{Separator, stamps, units};
+use super::super::separator::{LOOKED_AT, Separator};
+use super::super::{stamps, units};
 
-/// Lines that are looked at to find the separator.
-const LOOKED_AT: usize = 1000;
 /// Part of the cells of a row that are numbers, times or missing.
 const ROW_LIKE: f64 = 0.6;
 /// The table begins where so many rows follow upon each other, or all that are left.
@@ -91,21 +90,6 @@ pub(super) fn group(cell: &str, decimal_comma: bool) -> Option<char> {
         .find(|mark| Numbers { decimal_comma, thousands: Some(*mark), missing: Vec::new() }.number(cell).is_some())
 }
 
-/// The cells of a line.
-fn cells(line: &str, separator: Separator) -> Vec<String> {
-    let clean = |field: &str| field.trim().trim_matches('"').trim().to_string();
-    let Separator::Byte(byte) = separator else {
-        return line.split_whitespace().map(clean).collect();
-    };
-    if !line.contains('"') {
-        return line.split(char::from(byte)).map(clean).collect();
-    }
-    let mut reader = csv::ReaderBuilder::new();
-    let reader = reader.delimiter(byte).has_headers(false).flexible(true).from_reader(line.as_bytes());
-    let record = reader.into_records().next().and_then(Result::ok).unwrap_or_default();
-    record.iter().map(clean).collect()
-}
-
 /// How much a line looks like a row: 1 if every cell is a number, a time or missing; 0 for fewer than two cells or no number.
 fn row_like(cells: &[String], decimal_comma: bool) -> f64 {
     if cells.len() < 2 {
@@ -128,7 +112,7 @@ fn row_like(cells: &[String], decimal_comma: bool) -> f64 {
 fn judge(lines: &[&str], separator: Separator, decimal_comma: bool) -> (usize, f64) {
     let mut by_width = std::collections::BTreeMap::<usize, f64>::new();
     for line in lines {
-        let cells = cells(line, separator);
+        let cells = separator.cells(line);
         let like = row_like(&cells, decimal_comma);
         if like >= ROW_LIKE {
             *by_width.entry(cells.len()).or_default() += like;
@@ -142,7 +126,7 @@ pub(super) fn find(text: &str) -> Option<Layout> {
     let all: Vec<&str> = text.lines().collect();
     let sample: Vec<&str> = all.iter().copied().filter(|line| !line.trim().is_empty()).take(LOOKED_AT).collect();
     let mut best: Option<(f64, Separator, bool, usize)> = None;
-    for separator in [Separator::Byte(b'\t'), Separator::Byte(b';'), Separator::Byte(b','), Separator::Blanks] {
+    for separator in Separator::ALL {
         for decimal_comma in [false, true] {
             if decimal_comma && separator == Separator::Byte(b',') && !text.contains('"') {
                 continue;
@@ -156,7 +140,7 @@ pub(super) fn find(text: &str) -> Option<Layout> {
     }
     let (_, separator, decimal_comma, width) = best?;
     let row = |line: &&str| {
-        let cells = cells(line, separator);
+        let cells = separator.cells(line);
         (cells.len() == width && row_like(&cells, decimal_comma) >= ROW_LIKE).then_some(cells)
     };
     let rows: Vec<Option<Vec<String>>> = all.iter().map(row).collect();
@@ -194,7 +178,7 @@ impl Layout {
         let of = |nth_above: usize| -> Option<(usize, Vec<String>, bool)> {
             let (at, line) = *filled.iter().rev().nth(nth_above)?;
             let marked = line.trim_start().starts_with(COMMENTS);
-            let mut cells = cells(line, self.separator);
+            let mut cells = self.separator.cells(line);
             if marked && cells.len() == width + 1 && cells[0].len() == 1 {
                 cells.remove(0);
             } else if marked && let Some(first) = cells.first_mut() {

@@ -7,7 +7,7 @@ mod quantities;
 mod seen;
 mod time;
 
-use super::{Mapping, Separator, text};
+use super::{Mapping, text};
 use layout::{Kind, Layout};
 use quantities::Choice;
 use rig_files::{Column, InputError, RigFile};
@@ -238,13 +238,7 @@ fn short(value: f64) -> String {
 
 fn source(page: &mut Page, layout: &Layout, columns: &[Seen], time: &time::Found, gauge: bool) {
     page.table("source");
-    let separator = match layout.separator {
-        Separator::Byte(b';') => "semicolon",
-        Separator::Byte(b'\t') => "tab",
-        Separator::Byte(_) => "comma",
-        Separator::Blanks => "space",
-    };
-    page.key("separator", quoted(separator), format!("it gives {} columns in every row", columns.len()));
+    page.key("separator", quoted(layout.separator.name()), format!("it gives {} columns in every row", columns.len()));
     if layout.skip_lines > 0 {
         let what = if layout.header { "the header" } else { "the rows" };
         page.key("skip_lines", layout.skip_lines, format!("lines above {what}"));
