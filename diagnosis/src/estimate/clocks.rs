@@ -90,6 +90,10 @@ pub(crate) fn late_or_early(
     (judgeable, nominal): (Channels, &[Parameter]),
     fitted: &Hypothesis,
 ) -> Option<Flaw> {
+    // Between distant rows nobody knows when a command moved.
+    if log.period_s() >= constants::close_rows() {
+        return None;
+    }
     let reading = Reading { rig, part: mapping::excerpt(log), judgeable, nominal };
     let as_is = reading.with(Column::Y, 0.0, fitted, 0)?;
     // What is like noise needs no shift.
