@@ -27,6 +27,7 @@ mod air;
 mod angle;
 mod delay;
 mod factor;
+pub mod friction;
 pub mod hold;
 pub mod inversion;
 mod law;
@@ -44,6 +45,7 @@ use crate::quantities::{Position, Pressure, Voltage};
 use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
+use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
 use learned::Learned;
@@ -129,6 +131,7 @@ pub struct ServoState {
     pub hold: Hold,
     stream: Stream,
     stick: Stick,
+    friction_ahead: FrictionAhead,
     noise: Micrometres,
     acting: Voltage,
     delay: Delay,
