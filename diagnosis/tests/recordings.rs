@@ -246,7 +246,7 @@ fn a_column_mapped_wrongly_is_named_with_its_remedy_and_nothing_is_searched() {
 
 #[test]
 fn a_column_that_another_clock_stamped_is_told_with_the_shift_and_is_no_effect() {
-    let (mut told, logs) = (0, of(4, 1));
+    let (mut told, logs) = (0, of(2, 1));
     for which in 0..logs {
         let (plan, rig, log) = null(which);
         for (column, later_s, word) in [(Column::Y, -2.0e-3, "early"), (Column::U, 3.0e-3, "late")] {
