@@ -63,7 +63,10 @@ impl Definition for LineDelay {
     }
 
     fn evidence(values: &[f64; MAX_PARAMETERS], f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "The valve acts {:.1} ms after its command, at every frequency, as far as the sensors show: all of them late by as much, as filters make \
-             them, would look the same", values[0] * 1e3)
+        write!(
+            f,
+            "The valve acts {:.1} ms after its command, at every frequency, or all sensors are as late, as filters make them",
+            values[0] * 1e3
+        )
     }
 }
