@@ -3,7 +3,8 @@
 //! ```text
 //! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each
 //!                       ▲         ▲       ▲   ▲
-//!                       └ excess ─┘       │   └─ hold, stick          silent at rest; breaking away
+//!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
+//!                                         │      hold, stick          silent at rest; breaking away
 //!                            observer ────┘   └─ learning             valve gain, dead zone, friction
 //! ```
 //!
