@@ -6,6 +6,7 @@ use crate::constants;
 use crate::data::hum::Hum;
 use crate::data::outliers::Outlier;
 use crate::data::record::Record;
+use crate::errors::LEAST_SAMPLES;
 use core::ops::Range;
 use plant_model::Short;
 use rig_files::{Column, Log, RigFile};
@@ -116,7 +117,7 @@ pub(crate) fn dead(log: &Log) -> Option<String> {
     let sensors: Vec<(Column, &[f64])> = sensors.filter_map(|c| Some((c, log.column(c)?))).collect();
     let still = |values: &[f64]| frozen(values).len() == values.len();
     let names: Vec<&str> = sensors.iter().map(|(column, _)| column.name()).collect();
-    (log.len() > 1 && sensors.iter().all(|(_, values)| still(values))).then(|| names.join(", "))
+    (log.len() >= LEAST_SAMPLES && sensors.iter().all(|(_, values)| still(values))).then(|| names.join(", "))
 }
 
 /// The longest run of rows in which a column keeps one value.

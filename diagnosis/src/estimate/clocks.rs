@@ -95,15 +95,22 @@ pub(crate) fn late_or_early(
         return None;
     }
     let reading = Reading { rig, part: mapping::excerpt(log), judgeable, nominal };
-    let as_is = reading.with(Column::Y, 0.0, fitted, 0)?;
-    // What is like noise needs no shift.
-    if as_is.left < constants::like_noise() - 1.0 {
+    // What is like noise needs no shift; what a few steps of a fit left, others may take away.
+    let needs_none = |shift: &Shift| shift.left < constants::like_noise() - 1.0;
+    let begun = reading.with(Column::Y, 0.0, fitted, 0)?;
+    if needs_none(&begun) {
+        return None;
+    }
+    // The search begins where nominal values have not yet taken up the shift.
+    let as_is = reading.with(Column::Y, 0.0, fitted, constants::iterations())?;
+    if needs_none(&as_is) {
         return None;
     }
     let columns = [(Column::Y, 1.0, "early"), (Column::U, -1.0, "late")].into_iter();
-    let shifts = columns.filter_map(|(column, sign, word)| Some((reading.best(column, sign, &as_is)?, column, word)));
+    let shifts = columns.filter_map(|(column, sign, word)| Some((reading.best(column, sign, &begun)?, column, word)));
     let (best, column, word) = shifts.min_by(|one, other| one.0.left.total_cmp(&other.0.left))?;
-    (best.left < MOST_LEFT * as_is.left).then(|| {
+    let told = best.left < MOST_LEFT * as_is.left && best.later_s.abs() >= log.period_s();
+    told.then(|| {
         let name = column.name();
         mapping::contradiction(
             format!(
