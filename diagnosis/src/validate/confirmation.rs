@@ -79,16 +79,14 @@ pub(crate) fn data_cost(on: &Problem<'_>, hypothesis: &Hypothesis) -> Option<f64
 /// Whether the squared errors of the whole model, restarted on the part held back, grow by no more than the factor
 /// `growth` when the causes are added. They grow more with causes that only fit noise of a balance.
 fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
-    let Some(models) = hold_out::Comparison::new(problem, Some(&found.null), &found.best) else { return true };
-    let Some((gain, _)) = models.gain(hold_out::HORIZON_S) else { return true };
-    // The standard error of a root mean square of so many independent values, relative to it.
-    let chance = (0.5 / models.windows(hold_out::HORIZON_S) as f64).sqrt();
-    let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor, chance);
+    let models = hold_out::Comparison::new(problem, Some(&found.null), &found.best);
+    let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
+    let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor);
     error(&gain.holdout.extended_rmse) <= growth * error(&gain.holdout.baseline_rmse)
 }
 
-/// The sum of squared errors over those that noise makes of a perfect model's predictions. Errors within that floor, or beyond it
-/// by a part of it that is `chance`, are alike: which of two models comes closer there is chance.
-pub(crate) fn beyond_floor(errors: &PerChannel, floor: &PerChannel, chance: f64) -> f64 {
-    errors.over(floor).map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio.max(1.0 + chance).powi(2) }).sum()
+/// The sum of squared errors over those that noise makes of a perfect model's predictions. Errors within that floor are alike:
+/// which of two models comes closer there is chance.
+pub(crate) fn beyond_floor(errors: &PerChannel, floor: &PerChannel) -> f64 {
+    errors.over(floor).map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio.max(1.0).powi(2) }).sum()
 }

@@ -68,11 +68,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// How many predictions of this length fit into what is held back.
-    pub(crate) fn windows(&self, horizon_s: f64) -> usize {
-        all_windows(self.record, horizon_s).len()
-    }
-
     /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
     pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
         let record = self.record;

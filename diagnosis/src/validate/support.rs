@@ -25,7 +25,7 @@ fn data_cost(on: &Problem<'_>, fit: &Fit) -> f64 {
 /// zero where the log does not allow full predictions.
 fn whole_model(problem: &Problem<'_>, fit: &Fit, floor: Option<&PerChannel>) -> f64 {
     let errors = hold_out::errors(problem, fit, hold_out::HORIZON_S);
-    errors.zip(floor).map_or(0.0, |(errors, floor)| beyond_floor(&errors, floor, 0.0))
+    errors.zip(floor).map_or(0.0, |(errors, floor)| beyond_floor(&errors, floor))
 }
 
 /// The best supported model. Effects other than the `named` ones must be confirmed, each by itself, on the part held back. With
