@@ -21,8 +21,7 @@ numerical tolerances, which have to be so small that half or double changes noth
 guards against recordings that neither set holds. Both sets were measured after the last
 change of the optimiser and before these: no cause is added once the effort is spent, a trifle must explain misfit beyond
 noise by itself, the gains of both pressure sensors are compared with each other, temperature is known to 1.7 % instead of 1.2 %, and
-searches end later (the rows of both limits, measured again, are those of their present values), derivatives are corrected from step
-to step, and a plain gain is a twentieth of the noise's cost instead of a tenth (its rows are those of a twentieth and a fifth).
+searches end later (the rows of both limits, measured again, are those of their present values), and a plain gain is a twentieth of the noise's cost instead of a tenth (its rows are those of a twentieth and a fifth).
 As they are, both sets get the same answers before and after. One log of the tidy set, in which hardly anything moves, stands near a
 second name, a lag of the pressure sensors or a scale of the position beside a dead zone. Of thirteen changes that led to one, measured
 again since, four still do.

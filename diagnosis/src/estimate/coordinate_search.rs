@@ -6,6 +6,7 @@ use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
+use rayon::prelude::*;
 
 /// Nominal values with a non-smooth cost.
 const NON_SMOOTH_KEYS: [&str; 2] = ["friction.coulomb_n", "friction.static_n"];
@@ -56,8 +57,8 @@ impl Problem<'_> {
 
     /// Standard error of a parameter with a non-smooth cost, from its likelihood profile: half the distance beyond
     /// which the cost has risen on both sides. The other parameters stay fixed. `None` where the curvature can be
-    /// trusted, or no width beyond `least` is found.
-    pub(crate) fn width(&self, fit: &Fit, index: usize, least: f64) -> Option<f64> {
+    /// trusted.
+    pub(crate) fn width(&self, fit: &Fit, index: usize) -> Option<f64> {
         let h = &fit.hypothesis;
         let parameter = &h.parameters[index];
         if !is_non_smooth(parameter) {
@@ -72,11 +73,10 @@ impl Problem<'_> {
             self.cost_of(h, &trial, touched)
                 .is_none_or(|at| at > cost + constants::profile_rise() + constants::profile_rise_of_rest() * rest)
         };
-        // The widest first: narrower ones need no evaluation then.
-        let narrowest = constants::profile_narrowest() * parameter.scale;
-        let mut steps = (0..constants::profile_widths() as i32).rev().map(|k| narrowest * 1.5f64.powi(k));
-        let half = |step: f64| 0.5 * 1.5 * step;
-        let low = steps.find(|step| half(*step) <= least || !(risen(*step) && risen(-step)));
-        Some(half(low.unwrap_or(narrowest))).filter(|width| *width > least)
+        let steps: Vec<f64> = (0..constants::profile_widths() as i32)
+            .map(|k| constants::profile_narrowest() * 1.5f64.powi(k) * parameter.scale)
+            .collect();
+        let low = steps.par_iter().filter(|step| !(risen(**step) && risen(-**step))).max_by(|a, b| a.total_cmp(b));
+        Some(0.5 * 1.5 * low.copied().unwrap_or(constants::profile_narrowest() * parameter.scale))
     }
 }

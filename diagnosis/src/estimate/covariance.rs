@@ -5,7 +5,6 @@ use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 impl Problem<'_> {
     /// Adds the parameters' covariance to a fit, by the sandwich estimator (White 1980) with correlated errors.
@@ -52,13 +51,8 @@ impl Problem<'_> {
                 if hypothesis.parameters[i].tolerance.is_none() {
                     covariance[(i, i)] += constants::numerical_scale() * constants::numerical_scale();
                 }
-            }
-            let scale = |i: usize| hypothesis.parameters[i].scale;
-            let width = |i: usize| self.width(&fit, i, covariance[(i, i)].max(0.0).sqrt() * scale(i));
-            let widths: Vec<Option<f64>> = (0..n).into_par_iter().map(width).collect();
-            for (i, width) in widths.into_iter().enumerate() {
-                if let Some(width) = width {
-                    covariance[(i, i)] = (width / scale(i)).powi(2);
+                if let Some(width) = self.width(&fit, i) {
+                    covariance[(i, i)] = covariance[(i, i)].max((width / hypothesis.parameters[i].scale).powi(2));
                 }
             }
             for i in 0..n {

@@ -66,133 +66,64 @@ impl Problem<'_> {
         iterations: usize,
         slopes: Option<&Jacobian>,
     ) -> Option<Fit> {
-        let values = hypothesis.values.clone();
-        let residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
+        let mut values = hypothesis.values.clone();
+        let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
         let reached = reached(&hypothesis.parameters, changed);
         let free = |p: &Parameter| p.channels & reached != 0;
-        let cost = self.total(&residuals, &hypothesis, &values);
+        let mut cost = self.total(&residuals, &hypothesis, &values);
+        // The curvature of a prior can be many decades below that of the data; damping must stay below both.
+        let mut damping = 1.0e-7;
         let known: Vec<Option<&Residuals>> =
             hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
-        // The curvature of a prior can be many decades below that of the data; damping must stay below both.
-        let mut point = Point { values, residuals, cost, damping: 1.0e-7 };
-        // Where only a few iterations are asked for, or derivatives of another fit are used, each step has its own.
-        let corrects = slopes.is_none() && iterations > constants::support_iterations();
-        for _ in 0..iterations {
+        'iterations: for _ in 0..iterations {
             if hypothesis.parameters.is_empty() {
                 break;
             }
             columns.par_iter_mut().enumerate().for_each(|(index, column)| {
                 let parameter = &hypothesis.parameters[index];
                 if known[index].is_none() && free(parameter) {
-                    *column = self.jacobian_column(&hypothesis, &point.values, &point.residuals, index);
+                    *column = self.jacobian_column(&hypothesis, &values, &residuals, index);
                 }
             });
-            let before = point.cost;
-            let mut moved = self.step(&hypothesis, reached, &mut point, &columns, MOST_DAMPINGS);
-            while corrects && let Some(step) = moved.take().filter(|step| step.gained >= point.least_gain()) {
-                correct(&mut columns, &step.scales, &step.before, &point.residuals);
-                let damping = point.damping;
-                moved = self.step(&hypothesis, reached, &mut point, &columns, 1);
-                if moved.is_none() {
-                    // Its derivatives were off, not its length.
-                    point.damping = damping;
-                }
-            }
-            if before - point.cost < point.least_gain() {
-                break;
-            }
-        }
-        hypothesis.values = point.values;
-        hypothesis.put_in_order();
-        Some(self.finish(hypothesis, &point.residuals))
-    }
-
-    /// A damped Gauss-Newton step from a point, damped more until it lowers the cost, as many times as `tries` allows; `None`
-    /// if it does not. Only parameters of channels in `reached` move.
-    fn step(
-        &self,
-        hypothesis: &Hypothesis,
-        reached: Channels,
-        point: &mut Point,
-        columns: &[Residuals],
-        tries: usize,
-    ) -> Option<Step> {
-        let parameters = &hypothesis.parameters;
-        let columns: Vec<&Residuals> = columns.iter().collect();
-        let (matrix, gradient) = self.normal(hypothesis, &point.values, &point.residuals, &columns, None);
-        let mut held = held_at_bounds(parameters, &point.values, &gradient);
-        held.extend((0..parameters.len()).filter(|i| parameters[*i].channels & reached == 0));
-        for _ in 0..tries {
-            let mut trial = within_bounds(parameters, &point.values, (&matrix, &gradient), &held, point.damping)?;
-            hypothesis.meet_in_order(&mut trial);
-            if let Some(mut residuals) = self.evaluate(hypothesis, &trial, reached) {
-                for (new, old) in residuals.channels.iter_mut().zip(&point.residuals.channels) {
-                    if new.is_empty() {
-                        new.clone_from(old);
+            let references: Vec<&Residuals> = columns.iter().collect();
+            let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &references, None);
+            for _ in 0..7 {
+                let mut held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
+                held.extend((0..values.len()).filter(|i| !free(&hypothesis.parameters[*i])));
+                let normal = (&matrix, &gradient);
+                let Some(mut trial) = within_bounds(&hypothesis.parameters, &values, normal, &held, damping) else {
+                    break;
+                };
+                hypothesis.meet_in_order(&mut trial);
+                let attempt = |trial: &[f64]| {
+                    let mut new = self.evaluate(&hypothesis, trial, reached)?;
+                    for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
+                        if new.is_empty() {
+                            new.clone_from(old);
+                        }
                     }
+                    let cost = self.total(&new, &hypothesis, trial);
+                    Some((new, cost))
+                };
+                if let Some((new_residuals, new_cost)) = attempt(&trial)
+                    && new_cost < cost
+                {
+                    let gained = cost - new_cost;
+                    (values, residuals, cost) = (trial, new_residuals, new_cost);
+                    damping = (damping * 0.1).max(1.0e-13);
+                    if gained < constants::converged() + 1.0e-6 * cost {
+                        break 'iterations;
+                    }
+                    continue 'iterations;
                 }
-                let cost = self.total(&residuals, hypothesis, &trial);
-                if cost < point.cost {
-                    let moved = trial.iter().zip(&point.values).zip(parameters);
-                    let scales = moved.map(|((new, old), p)| (new - old) / p.scale).collect();
-                    let damping = (point.damping * 0.1).max(1.0e-13);
-                    let before = std::mem::replace(point, Point { values: trial, residuals, cost, damping });
-                    return Some(Step { scales, gained: before.cost - cost, before: before.residuals });
-                }
+                damping = (damping * 60.0).max(1.0e-6);
             }
-            point.damping = (point.damping * 60.0).max(1.0e-6);
+            break;
         }
-        None
-    }
-}
-
-/// How often a step is damped more before it is given up: up to the damping of a gradient step, which lowers any smooth cost.
-const MOST_DAMPINGS: usize = 7;
-
-/// Where a fit stands.
-struct Point {
-    values: Vec<f64>,
-    residuals: Residuals,
-    cost: f64,
-    damping: f64,
-}
-
-impl Point {
-    /// A step that gains less ends a fit.
-    fn least_gain(&self) -> f64 {
-        constants::converged() + 1.0e-6 * self.cost
-    }
-}
-
-/// A step that lowered the cost.
-struct Step {
-    /// The parameters' steps, in their scales.
-    scales: Vec<f64>,
-    gained: f64,
-    /// The residuals before it.
-    before: Residuals,
-}
-
-/// Broyden's update (1965), for each residual over the parameters that act on it (Schubert 1970): the least change of the
-/// derivatives by which they explain what a step did. Without it, every step costs an evaluation for each parameter.
-fn correct(columns: &mut [Residuals], step: &[f64], before: &Residuals, after: &Residuals) {
-    for (channel, (before, after)) in before.channels.iter().zip(&after.channels).enumerate() {
-        let mut acting: Vec<(&mut Vec<f64>, f64)> = columns
-            .iter_mut()
-            .zip(step)
-            .map(|(column, step)| (&mut column.channels[channel], *step))
-            .filter(|(slopes, step)| !slopes.is_empty() && *step != 0.0)
-            .collect();
-        let square: f64 = acting.iter().map(|(_, step)| step * step).sum();
-        let mut unexplained: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
-        for (slopes, step) in &acting {
-            unexplained.iter_mut().zip(slopes.iter()).for_each(|(rest, slope)| *rest -= slope * step);
-        }
-        for (slopes, step) in &mut acting {
-            let part = *step / square;
-            slopes.iter_mut().zip(&unexplained).for_each(|(slope, rest)| *slope += part * rest);
-        }
+        hypothesis.values = values;
+        hypothesis.put_in_order();
+        Some(self.finish(hypothesis, &residuals))
     }
 }
 
@@ -331,36 +262,6 @@ mod tests {
         let parameters = [parameter(2.0, [1.0, 2.1], 1), parameter(0.0, [-1.0, 1.0], 1)];
         let trial = within_bounds(&parameters, &[2.0, 0.0], (&matrix, &gradient), &[], 0.0).expect("positive definite");
         assert!((trial[0] - 2.1).abs() < 1e-12, "{trial:?}");
-    }
-
-    #[test]
-    fn corrected_derivatives_explain_the_step_and_change_only_along_it() {
-        let channels = |first: &[f64], second: &[f64]| Residuals {
-            channels: [first.to_vec(), second.to_vec(), Vec::new(), Vec::new()],
-        };
-        // The second parameter does not act on the second channel, the third did not move.
-        let mut columns = [channels(&[1.0, 0.0], &[2.0]), channels(&[0.0, 1.0], &[]), channels(&[5.0, 5.0], &[5.0])];
-        let step = [1.0, 2.0, 0.0];
-        let (before, after) = (channels(&[0.0, 0.0], &[0.0]), channels(&[2.0, 7.0], &[3.0]));
-        correct(&mut columns, &step, &before, &after);
-        for channel in 0..2 {
-            for (sample, change) in after.channels[channel].iter().enumerate() {
-                let slope = |(column, step): (&Residuals, &f64)| {
-                    column.channels[channel].get(sample).map_or(0.0, |slope| slope * step)
-                };
-                let explained: f64 = columns.iter().zip(&step).map(slope).sum();
-                assert!((explained - change).abs() < 1e-12, "channel {channel}, sample {sample}: {explained}");
-            }
-        }
-        // What was missing, 1 and 5, is divided in proportion to the steps, 1 and 2.
-        assert_eq!(columns[0].channels[0], [1.2, 1.0]);
-        assert_eq!(columns[1].channels[0], [0.4, 3.0]);
-        assert!(columns[1].channels[1].is_empty());
-        assert_eq!(columns[2].channels[0], [5.0, 5.0]);
-        // No step, no change.
-        let unchanged = columns.clone();
-        correct(&mut columns, &[0.0; 3], &before, &after);
-        assert!(columns.iter().zip(&unchanged).all(|(a, b)| a.channels == b.channels));
     }
 
     #[test]
