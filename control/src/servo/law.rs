@@ -2,7 +2,6 @@
 
 use super::air::Air;
 use super::factor::{Factor, quotient};
-use super::friction::FrictionAhead;
 use super::hold::Means;
 use super::reference::Motion;
 use super::stick::{LeadGains, Stick};
@@ -40,10 +39,6 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let was_holding = state.hold.on;
     let followed = state.stream.take(target, &tuning.stream, tick);
     let standing = followed.motion.v == 0;
-    let in_full = !standing && followed.used <= tuning.stream.followed_part;
-    if !in_full {
-        state.friction_ahead = FrictionAhead::at(estimate.bristle);
-    }
     let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
         && state.motion.v.saturating_abs() < tuning.standing
         && standing;
@@ -54,7 +49,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         None => estimate.v,
     };
     let now = Means { error, v, force: estimate.force };
-    if state.hold.decide(target, resting, now, (estimate.disturbance, state.body.coulomb), (&tuning.hold, caution)) {
+    if state.hold.decide(target, resting, now, estimate.disturbance, (&tuning.hold, caution)) {
         state.stick = Stick::default();
         let rate = state.hold.restoring_rate(&tuning.hold);
         if rate == 0 {
@@ -75,11 +70,8 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
     let reference = state.motion;
-    // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns. One
-    // that leaves the limits free does not.
-    let part = state.valve.part_of_limits();
-    let free = followed.used <= product::<_, _, I6F26>(part, tuning.stream.followed_part);
-    let part = if standing || free { part } else { I6F26::ONE };
+    // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns.
+    let part = if standing { state.valve.part_of_limits() } else { I6F26::ONE };
     let jerk_r = reference.jerk_towards(&followed, &tuning.limits, part);
     let jerk = i64::from(jerk_r.to_bits())
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
@@ -90,25 +82,13 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);
     let slope = state.valve.slope(rate >= 0, air);
     let theta = angle_for(rate, slope, most);
-    let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
-    // The friction of a target that is followed is known ahead.
-    let theta_led = if in_full && near {
-        let frictions = (estimate.bristle, state.body.coulomb);
-        let full = product(state.valve.slope(followed.motion.a >= 0, air), most);
-        let constants = (&tuning.friction, tick);
-        let beyond = state.friction_ahead.rate(&followed.motion, frictions, full, state.lag.ticks, constants);
-        let rate = rate.saturating_add(beyond);
-        angle_for(rate, state.valve.slope(rate >= 0, air), most)
-    } else {
-        state.friction_ahead = FrictionAhead::at(estimate.bristle);
-        theta
-    };
     // What the valve cannot give, the reference does not ask for. But one that brakes near by would stop short and turn back.
-    let excess = if theta.saturating_abs() < most || theta_led != theta {
+    let excess = if theta.saturating_abs() < most {
         Jerk::ZERO
     } else {
         let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
         let against = |x: i32| if reference.v < 0 { x } else { x.saturating_neg() };
+        let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
         let braking = near && standing && against(reference.a.to_bits()) > tuning.braking.to_bits();
         let brakes_harder = braking && against(missing.to_bits()) > 0;
         if brakes_harder {
@@ -118,5 +98,5 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         }
     };
     state.motion = reference.after(jerk_r.saturating_add(excess), tick);
-    valve.command(&state.valve, theta_led)
+    valve.command(&state.valve, theta)
 }

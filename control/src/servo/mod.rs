@@ -3,8 +3,7 @@
 //! ```text
 //! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each
 //!                       ▲         ▲       ▲   ▲
-//!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
-//!                                         │      hold, stick          silent at rest; breaking away
+//!                       └ excess ─┘       │   └─ hold, stick          silent at rest; breaking away
 //!                            observer ────┘   └─ learning             valve gain, dead zone, friction
 //! ```
 //!
@@ -28,7 +27,6 @@ mod air;
 mod angle;
 mod delay;
 mod factor;
-pub mod friction;
 pub mod hold;
 pub mod inversion;
 mod law;
@@ -46,7 +44,6 @@ use crate::quantities::{Position, Pressure, Voltage};
 use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
-use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
 use learned::Learned;
@@ -132,7 +129,6 @@ pub struct ServoState {
     pub hold: Hold,
     stream: Stream,
     stick: Stick,
-    friction_ahead: FrictionAhead,
     noise: Micrometres,
     acting: Voltage,
     delay: Delay,

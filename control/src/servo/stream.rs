@@ -34,8 +34,6 @@ pub(crate) struct StreamGains {
     pub(crate) forget: Share<Part, Part>,
     /// Part of the limits at which a target's own derivatives are not followed any more.
     pub(crate) lost: Part,
-    /// Part up to which they are followed in full.
-    pub(crate) followed_part: Part,
     /// From what is left until then to the part of the derivatives that is followed.
     pub(crate) followed: Factor<Part, Part>,
 }
@@ -93,7 +91,6 @@ impl Stream {
         Aim {
             motion: Motion { v: part_of(v, followed), a: part_of(a, followed), ..self.motion },
             jerk: part_of(self.jerk, followed),
-            used: self.used,
         }
     }
 }
