@@ -17,10 +17,9 @@ fn loss(problem: String, remedy: &str) -> Flaw {
 
 /// Hum that was subtracted.
 pub(crate) fn hum(found: &Hum) -> Flaw {
-    let (name, amplitude, unit) = match found.column {
-        Column::Y => ("y_m", found.amplitude * 1.0e6, "um"),
-        column => (column.name(), found.amplitude, "Pa"),
-    };
+    let name = found.column.name();
+    let (amplitude, unit) =
+        if found.column == Column::Y { (found.amplitude * 1.0e6, "um") } else { (found.amplitude, "Pa") };
     loss(
         format!("{name} carries hum of the mains, {:.1} Hz with an amplitude of {amplitude:.0} {unit}", found.hz),
         "it is subtracted; shield the sensor's cable and supply it from a clean source",
@@ -32,7 +31,7 @@ pub(crate) fn isolated(outliers: &[Outlier]) -> Vec<Flaw> {
     let by_column = outliers.chunk_by(|one, other| one.column == other.column);
     let told = by_column.map(|of| {
         let (count, Outlier { column, t_s, value, expected }) = (of.len(), of[0]);
-        let name = column.name();
+        let (name, [value, t_s]) = (column.name(), [value, t_s].map(Short));
         let readings = if count == 1 { "one reading".to_string() } else { format!("{count} readings, each") };
         let first = if count == 1 { "" } else { "the first " };
         loss(
