@@ -1,6 +1,6 @@
 //! The position controller that runs in the firmware: fixed point, no floating point in the tick, no allocation.
 //!
-//! One call of [`step`] per tick. Data flows one way, and the files can be read in that order:
+//! One call of [`step`] per tick, and one of [`learn`] once the valve code is written. Data flows one way, and the files can be read in that order:
 //!
 //! ```text
 //! AdcCode ─ codes ─► quantities ─► plausibility ─► setpoint ─► law ─► dead_zone_inverse ─► codes ─ DacCode
@@ -12,7 +12,7 @@
 //! tick neither divides nor touches a float. [`ControllerState`] is everything that one tick hands to the next.
 //!
 //! ```
-//! use control::{AdcCode, Config, Inputs, Parameters, Position, ControllerState, step};
+//! use control::{AdcCode, Config, Inputs, Parameters, Position, ControllerState, learn, step};
 //!
 //! let config = Config::from_parameters(&Parameters::default())?;
 //! let mut state = ControllerState::armed();
@@ -25,6 +25,7 @@
 //!     ..Inputs::default()
 //! };
 //! let outputs = step(&config, &mut state, inputs);
+//! learn(&config, &mut state);
 //! assert_eq!(outputs.dac.0, 2121); // 4 V/m · 0.045 m = 0.18 V above mid position
 //! # Ok::<(), control::ConfigError>(())
 //! ```
@@ -63,4 +64,4 @@ pub use parameters::{Key, LawChoice, Parameters, acceleration_range};
 pub use quantities::{Position, Pressure, Velocity, Voltage};
 pub use servo::learned::{Learned, MEASURED_AGAINST, QUANTITIES, Quantities, Quantity};
 pub use servo::{OPENING_KNOTS, OPENING_STEP_V};
-pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, step};
+pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, learn, step};

@@ -138,7 +138,7 @@ impl ControllerState {
     }
 }
 
-/// Runs one tick.
+/// Runs one tick; [`learn`] follows when the valve code is written.
 #[inline]
 pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Outputs {
     let fault = judge(config, state, &inputs);
@@ -179,6 +179,14 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
             w,
             u,
         },
+    }
+}
+
+/// What the positioning law learns of the tick; to be called once the valve code is written, it counts from the next tick on.
+#[inline]
+pub fn learn(config: &Config, state: &mut ControllerState) {
+    if let Some(servo) = &config.servo {
+        servo.learn(&mut state.servo);
     }
 }
 

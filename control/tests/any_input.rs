@@ -3,7 +3,7 @@
 
 use control::{
     AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, Mode, OperatorCommand, Parameters, Position,
-    step,
+    learn, step,
 };
 use proptest::prelude::*;
 
@@ -80,6 +80,7 @@ proptest! {
             for _ in 0..repeats {
                 let before = state.mode();
                 let outputs = step(&config, &mut state, inputs);
+                learn(&config, &mut state);
                 prop_assert!(outputs.dac <= config.dac_scale().max_code());
                 prop_assert!(outputs.telemetry.u.abs() <= p.max_voltage_v);
                 if outputs.mode != Mode::Run {

@@ -1,5 +1,5 @@
 //! One tick, from converter codes to the valve code: the only one there is. The control interrupt calls
-//! [`ControlLoop::tick`] and [`ControlLoop::watch`], and so do the guest under QEMU, the scenarios, the simulated closed loop
+//! [`ControlLoop::tick`] and [`ControlLoop::conclude`], and so do the guest under QEMU, the scenarios, the simulated closed loop
 //! and the co-process: what is simulated is what ships.
 //!
 //! Everything here runs in the control interrupt: no allocation, no waiting, no logging, no division, and no float outside
@@ -240,7 +240,7 @@ impl ControlLoop {
         self.bench.is_some()
     }
 
-    /// Runs one tick; [`ControlLoop::watch`] follows when the valve is written.
+    /// Runs one tick; [`ControlLoop::conclude`] follows when the valve is written.
     #[inline]
     pub fn tick(&mut self, codes: [u16; 4], faults: ExternalFaults, host_heard: bool) -> LoopTick {
         let command = self.command.take();
@@ -305,18 +305,29 @@ impl ControlLoop {
         self.dac = self.safe_code();
     }
 
-    /// Lets the monitor look at the tick; to be called behind the valve write, its verdict counts in the next tick. Returns
-    /// whether it sees a contradiction.
-    ///
-    /// Never inlined: apart from bench mode it is the only float in the control interrupt, and can be told apart so.
-    #[inline(never)]
-    pub fn watch(&mut self) -> bool {
-        self.watch_and(|_| ())
+    /// Learning, and the monitor's look at the tick; to be called behind the valve write, both count in the next tick. Returns
+    /// whether the monitor sees a contradiction.
+    #[inline]
+    pub fn conclude(&mut self) -> bool {
+        control::learn(&self.setup.config, &mut self.state);
+        self.watch()
     }
 
     /// The same, showing `see` what the monitor finds while the loop runs.
     #[inline]
-    pub fn watch_and(&mut self, see: impl FnOnce(&Verdict)) -> bool {
+    pub fn conclude_and(&mut self, see: impl FnOnce(&Verdict)) -> bool {
+        control::learn(&self.setup.config, &mut self.state);
+        self.watch_and(see)
+    }
+
+    /// Never inlined: apart from bench mode it is the only float in the control interrupt, and can be told apart so.
+    #[inline(never)]
+    fn watch(&mut self) -> bool {
+        self.watch_and(|_| ())
+    }
+
+    #[inline]
+    fn watch_and(&mut self, see: impl FnOnce(&Verdict)) -> bool {
         let Some(monitor) = &mut self.setup.monitor else { return false };
         // The types' own conversions round the same way, in ten times the instructions.
         let pascals =

@@ -32,7 +32,7 @@ impl Board {
     fn run(&mut self, ticks: u32, mut codes: impl FnMut(u32) -> [u16; 4]) {
         for tick in 0..ticks {
             let tick = self.control_loop.tick(codes(tick), ExternalFaults::default(), true);
-            self.control_loop.watch();
+            self.control_loop.conclude();
             self.valve = tick.valve;
             self.snapshot.publish(&tick.record, &self.control_loop);
         }
@@ -318,7 +318,7 @@ fn a_monitor_that_only_warns_counts_and_reports_the_beginning_of_a_contradiction
         let tick = board.control_loop.tick(at_rest(tick), ExternalFaults::default(), true);
         reports += u32::from(tick.record.event && tick.record.disagreement);
         assert!(tick.record_due || !tick.record.event);
-        board.control_loop.watch();
+        board.control_loop.conclude();
     }
     assert_eq!((board.control_loop.mode(), reports), (Mode::Run, 1));
 }

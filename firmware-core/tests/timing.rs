@@ -38,7 +38,7 @@ fn mode_after(ticks: impl IntoIterator<Item = Seen>) -> Mode {
         let noise = (n % 3) as u16;
         control_loop.tick([32_767 + noise, 23_710 + noise, 23_712, 45_870], faults, true);
         timing.end(seen.overran);
-        control_loop.watch();
+        control_loop.conclude();
     }
     control_loop.mode()
 }

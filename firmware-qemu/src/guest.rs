@@ -122,7 +122,7 @@ async fn main(spawner: Spawner) {
         let start = SYST::get_current();
         let tick = control_loop.tick(codes.map(|code| code.0), inputs.faults, inputs.host_heard);
         let ticked = since(start);
-        control_loop.watch();
+        control_loop.conclude();
         let all = since(start);
         counts.add(instructions(ticked.saturating_sub(overhead)), instructions(all.saturating_sub(2 * overhead)));
         // What the law wants: in bench mode the valve itself stands at the safe code.

@@ -9,7 +9,7 @@ use core::arch::asm;
 
 /// Sums the words of `region`: rotated by a bit, then added. Whole words only; what is left over is not covered.
 ///
-/// In assembler for two reasons: the region holds padding, which Rust may not read, and eight words at a time take 21 cycles.
+/// In assembler for two reasons: the region holds padding, which Rust may not read, and sixteen words at a time take 38 cycles.
 pub(crate) fn sum_of<T: ?Sized>(region: &T) -> u32 {
     // SAFETY: the words of a region that is borrowed.
     unsafe { sum_of_words(core::ptr::from_ref(region).cast(), size_of_val(region) / 4) }
@@ -59,12 +59,21 @@ pub(crate) fn sum_around<T>(region: &T, [a, b, c]: [Hole; 3]) -> u32 {
 unsafe fn sum_of_words(start: *const u32, words: usize) -> u32 {
     let mut sum = 0_u32;
     let mut at = start;
-    let blocks = words / 8;
+    let blocks = words / 16;
     if blocks > 0 {
-        // SAFETY: reads `8 * blocks` words of the region, which is borrowed and aligned to words.
+        // SAFETY: reads `16 * blocks` words of the region, which is borrowed and aligned to words.
         unsafe {
             asm!(
                 "2:",
+                "ldmia {at}!, {{r0, r1, r2, r3, r4, r5, r8, r9}}",
+                "add {sum}, r0, {sum}, ror #31",
+                "add {sum}, r1, {sum}, ror #31",
+                "add {sum}, r2, {sum}, ror #31",
+                "add {sum}, r3, {sum}, ror #31",
+                "add {sum}, r4, {sum}, ror #31",
+                "add {sum}, r5, {sum}, ror #31",
+                "add {sum}, r8, {sum}, ror #31",
+                "add {sum}, r9, {sum}, ror #31",
                 "ldmia {at}!, {{r0, r1, r2, r3, r4, r5, r8, r9}}",
                 "add {sum}, r0, {sum}, ror #31",
                 "add {sum}, r1, {sum}, ror #31",
@@ -84,7 +93,7 @@ unsafe fn sum_of_words(start: *const u32, words: usize) -> u32 {
             );
         }
     }
-    if words & 4 != 0 {
+    for _ in 0..words % 16 / 4 {
         // SAFETY: reads four words behind the blocks, at most `words` in all.
         unsafe {
             asm!(

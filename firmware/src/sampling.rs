@@ -191,7 +191,7 @@ fn ADC1_2() {
     if !SUMS.monitored_fit(owned) {
         memory_corrupted();
     }
-    if owned.control_loop.watch() {
+    if owned.control_loop.conclude() {
         SNAPSHOT.count_disagreement();
     }
     SNAPSHOT.publish(&tick.record, &owned.control_loop);

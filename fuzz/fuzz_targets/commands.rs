@@ -35,7 +35,7 @@ impl Board {
     fn run(&mut self, ticks: u32) {
         for _ in 0..ticks {
             let tick = self.control_loop.tick(self.codes, ExternalFaults::default(), true);
-            self.control_loop.watch();
+            self.control_loop.conclude();
             assert!(tick.valve <= 4095);
             let moves = self.control_loop.mode() == Mode::Run && !self.control_loop.bench();
             assert!(moves || tick.valve == self.control_loop.safe_code());

@@ -1,7 +1,7 @@
 #![no_main]
 //! Any numbers as configuration, then any codes, commands and faults: no panic, no DAC code out of range, and nothing but
 //! run moves the valve. `control/tests/any_input.rs` is the same property under proptest.
-use control::{AdcCode, OperatorCommand, Config, ExternalFaults, Inputs, Mode, Parameters, Position, ControllerState, step};
+use control::{AdcCode, OperatorCommand, Config, ExternalFaults, Inputs, Mode, Parameters, Position, ControllerState, learn, step};
 use libfuzzer_sys::fuzz_target;
 
 /// Reads the fuzzer's bytes from the front; zero when they run out.
@@ -95,6 +95,7 @@ fuzz_target!(|bytes: &[u8]| {
         };
         for _ in 0..1 + bytes.byte() % 64 {
             let outputs = step(&config, &mut state, inputs);
+            learn(&config, &mut state);
             assert!(outputs.dac <= config.dac_scale().max_code());
             assert!(outputs.mode == Mode::Run || outputs.dac == config.safe_code());
         }

@@ -1,6 +1,6 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
 //! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
-//! [streams=0] [noise=1] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
+//! [streams=0] [sines=0] [sine_hz=0.5] [noise=1] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
 //! DAC over ±5 V, 1 kHz, output one tick late.
@@ -54,6 +54,7 @@ fn main() {
             ("he", &mut tuning.hold_m[0]),
             ("hs", &mut tuning.hold_speed),
             ("hf", &mut tuning.hold_force),
+            ("hb", &mut tuning.hold_band),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }
@@ -127,6 +128,24 @@ fn main() {
         let amplitude = if case == 'c' { 0.03 } else { 0.05 };
         let (peak, rms) = sine(&mut on(false, 1), amplitude, 0.5);
         println!("  sine 0.5 Hz, {:.0} mm: peak {:.2} mm, rms {:.2} mm", amplitude * 1e3, peak * 1e3, rms * 1e3);
+        let sines = value("sines").unwrap_or(0.0) as u64;
+        for drawn in [false, true].into_iter().filter(|_| sines > 0) {
+            let mut runs: Vec<(f64, f64)> = (first..first + sines)
+                .into_par_iter()
+                .map(|seed| sine(&mut on(drawn, seed), amplitude, value("sine_hz").unwrap_or(0.5)))
+                .collect();
+            runs.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mean = |of: fn(&(f64, f64)) -> f64| 1e3 * runs.iter().map(of).sum::<f64>() / sines as f64;
+            println!(
+                "  the same on {sines} {}: peak mean {:.2} mm, median {:.2} mm, 90th percentile {:.2} mm, worst {:.2} mm; rms {:.2} mm",
+                if drawn { "draws" } else { "seeds" },
+                mean(|run| run.0),
+                runs[runs.len() / 2].0 * 1e3,
+                runs[(0.9 * (runs.len() - 1) as f64) as usize].0 * 1e3,
+                runs[runs.len() - 1].0 * 1e3,
+                mean(|run| run.1),
+            );
+        }
         let runs: Vec<Move> =
             (first..first + draws).into_par_iter().map(|seed| step(&mut on(true, seed), 0.045, ticks)).collect();
         if draws > 0 {

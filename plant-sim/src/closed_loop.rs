@@ -199,7 +199,7 @@ impl ClosedLoop {
         self.controller.hold(reference(y_ref_m));
         // No host speaks here: a controller that waits for one says so.
         let answer = self.controller.tick(adc, ExternalFaults::default(), false);
-        let disagreement = self.controller.watch_and(|_| ());
+        let disagreement = self.controller.conclude();
         self.finish(adc, answer.valve, self.controller.mode(), disagreement)
     }
 

@@ -63,7 +63,7 @@ impl Coprocess {
                 self.control_loop.hold(reference);
                 let tick = self.control_loop.tick(codes, ExternalFaults::default(), true);
                 self.ticks += 1;
-                self.contradictions += u64::from(self.control_loop.watch());
+                self.contradictions += u64::from(self.control_loop.conclude());
                 format!("{} {}", tick.valve, self.control_loop.mode())
             }
             Err(problem) => format!("error {problem}"),

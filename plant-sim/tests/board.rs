@@ -25,7 +25,7 @@ fn board(mut line: UnixStream, mut damage: impl FnMut(u32, &mut Vec<u8>) + Send 
                 let noise = (n % 3) as u16;
                 let codes = [32_767 + noise, 23_710 + noise, 23_712, 45_870];
                 let tick = control_loop.tick(codes, ExternalFaults::default(), true);
-                control_loop.watch();
+                control_loop.conclude();
                 snapshot.publish(&tick.record, control_loop);
             }
             snapshot.mode()

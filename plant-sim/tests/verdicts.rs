@@ -6,7 +6,7 @@ use plant_sim::servo::bench::{Bench, Move, step};
 use plant_sim::servo::margins::{Demand, shortfalls, with_flow};
 use plant_sim::servo::{Servo, Tuning};
 
-const SEEDS: u64 = 8;
+const SEEDS: u64 = 40;
 
 fn moves(rig: &Rig<f64>, lag_s: f64, noise_m: f64, target: f64) -> Vec<Move> {
     let effects = Effects::none().with(Effect::ValveLag, &[lag_s]);

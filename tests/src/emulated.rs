@@ -327,7 +327,7 @@ impl EmulatedTarget {
         let pins = self.board.analog();
         let codes = pins.sums.map(code_of_sum);
         let wanted = self.shadow.tick(codes, inputs.faults, host_heard);
-        self.shadow.watch();
+        self.shadow.conclude();
         self.snapshot.publish(&wanted.record, &self.shadow);
         // The chip takes it last in the tick, for the coming one.
         if let Some(order) = order {

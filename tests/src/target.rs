@@ -116,7 +116,7 @@ impl HostTarget {
         self.control_loop.hold(inputs.reference);
         let codes = [inputs.position, inputs.pressure_a, inputs.pressure_b, inputs.supply.unwrap_or_default()];
         let tick = self.control_loop.tick(codes.map(|code| code.0), inputs.faults, inputs.host_heard);
-        self.control_loop.watch_and(|verdict| self.closest = self.closest.max(verdict.closeness()));
+        self.control_loop.conclude_and(|verdict| self.closest = self.closest.max(verdict.closeness()));
         tick
     }
 }

@@ -149,6 +149,8 @@ struct Bench {
     /// end in the midst of an interrupt.
     taken: Option<Order>,
     heard: bool,
+    /// Codes of the sequence that ended with it: the next one begins before a late valve code is written.
+    codes: [u16; 4],
     /// As the board's: whether its output shows what the board wrote in the tick before.
     output: OutputCheck,
     written: u16,
@@ -193,6 +195,7 @@ impl Bench {
             order: None,
             taken: None,
             heard: false,
+            codes: [0; 4],
             output: OutputCheck::default(),
             written: MID,
             host_heard_at: symbol(elf, "sampling::HOST_HEARD").0,
@@ -235,6 +238,7 @@ impl Bench {
             order: self.order.clone(),
             taken: self.taken.clone(),
             heard: self.heard,
+            codes: self.codes,
             output: self.output.clone(),
             written: self.written,
             host_heard_at: self.host_heard_at,
@@ -282,7 +286,8 @@ impl Bench {
             let wrote = machine.chip.dac.writes != writes;
             if !inside {
                 entered = Some((machine.core.instructions, machine.chip.system.cycles));
-                self.heard = machine.chip.ram[host_heard_at] != 0;
+                let (heard, codes) = (machine.chip.ram[host_heard_at] != 0, machine.chip.analog.sums.map(code_of_sum));
+                (self.heard, self.codes) = (heard, codes);
                 let (written, read) = (self.word(self.order_queue_at), self.word(self.order_queue_at + 4));
                 if written != read {
                     self.taken = Some(self.order.take().expect("an order is taken that nobody sent"));
@@ -302,12 +307,13 @@ impl Bench {
 
     fn compare(&mut self, order: Option<Order>, host_heard: bool) -> (u16, u16) {
         let chip = &self.machine().chip;
-        let (codes, board, at) = (chip.analog.sums.map(code_of_sum), chip.dac.holding(), chip.now);
+        let (board, at) = (chip.dac.holding(), chip.now);
         let seen = OutputSeen { latched: chip.dac.latched(), pin: chip.dac.pin() };
         let valve_output = self.output.faulty(core::mem::replace(&mut self.written, board), seen, false);
         let faults = ExternalFaults { valve_output, ..ExternalFaults::default() };
+        let codes = self.codes;
         let tick = self.host.tick(codes, faults, host_heard);
-        self.host.watch();
+        self.host.conclude();
         self.snapshot.publish(&tick.record, &self.host);
         // The board takes it last in the tick, for the coming one.
         if let Some(order) = order {

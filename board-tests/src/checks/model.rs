@@ -29,7 +29,7 @@ fn desktop(settings: &Settings, positions_um: &[i32]) -> Result<Vec<Vec<Shown>>,
     let run = |control_loop: &mut ControlLoop, ticks: u32| -> Vec<Shown> {
         let tick = |_| {
             let tick = control_loop.tick([0; 4], ExternalFaults::default(), true);
-            control_loop.watch();
+            control_loop.conclude();
             snapshot.publish(&tick.record, control_loop);
             let read = snapshot.read();
             (read.setpoint_um, read.codes)

@@ -26,6 +26,8 @@ pub(crate) struct HoldLimits {
     pub(crate) trial_ticks: u16,
     /// Change of force that may have moved the piston.
     pub(crate) force: Acceleration,
+    /// Force within which the piston counts as held where friction is not told from noise.
+    pub(crate) band: Acceleration,
     /// Enter below this mean speed.
     pub(crate) speed: Velocity,
     /// Ticks of rest before entering.
@@ -85,14 +87,15 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Decides whether to hold this tick. `resting` says that the reference has arrived.
+    /// Decides whether to hold this tick. `resting` says that the reference has arrived; the disturbance and the Coulomb
+    /// friction are those that were estimated.
     #[inline]
     pub(crate) fn decide(
         &mut self,
         target: Position,
         resting: bool,
         now: Means,
-        disturbance: Acceleration,
+        (disturbance, coulomb): (Acceleration, Acceleration),
         (limits, caution): (&HoldLimits, Caution),
     ) -> bool {
         let (mean, weights) = (&mut self.mean, &limits.weights);
@@ -100,6 +103,9 @@ impl Hold {
         mean.v = mean.v.saturating_add(weights.v.of(now.v.saturating_sub(mean.v)));
         mean.force = mean.force.saturating_add(weights.force.of(now.force.saturating_sub(mean.force)));
         let error = mean.error.saturating_abs();
+        // At its Coulomb friction a piston creeps on once the valve is closed, or with the first force that leaks.
+        let held = mean.force.saturating_add(disturbance).saturating_abs()
+            < coulomb.saturating_sub(limits.force).max(limits.band);
         if self.on {
             self.ticks = self.ticks.saturating_add(1);
             // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
@@ -119,7 +125,11 @@ impl Hold {
                 self.on = false;
                 self.ticks = 0;
             }
-        } else if resting && error < caution.of(limits.enter) && mean.v.saturating_abs() < caution.of(limits.speed) {
+        } else if resting
+            && held
+            && error < caution.of(limits.enter)
+            && mean.v.saturating_abs() < caution.of(limits.speed)
+        {
             self.ticks = self.ticks.saturating_add(1);
             if self.ticks >= limits.ticks {
                 (self.on, self.target, self.pulse, self.slow) = (true, target, 0, mean.error);

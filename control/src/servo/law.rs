@@ -2,6 +2,7 @@
 
 use super::air::Air;
 use super::factor::{Factor, quotient};
+use super::friction::FrictionAhead;
 use super::hold::Means;
 use super::reference::Motion;
 use super::stick::{LeadGains, Stick};
@@ -39,6 +40,10 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let was_holding = state.hold.on;
     let followed = state.stream.take(target, &tuning.stream, tick);
     let standing = followed.motion.v == 0;
+    let in_full = !standing && followed.used <= tuning.stream.followed_part;
+    if !in_full {
+        state.friction_ahead = FrictionAhead::at(estimate.bristle);
+    }
     let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
         && state.motion.v.saturating_abs() < tuning.standing
         && standing;
@@ -49,7 +54,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         None => estimate.v,
     };
     let now = Means { error, v, force: estimate.force };
-    if state.hold.decide(target, resting, now, estimate.disturbance, (&tuning.hold, caution)) {
+    if state.hold.decide(target, resting, now, (estimate.disturbance, state.body.coulomb), (&tuning.hold, caution)) {
         state.stick = Stick::default();
         let rate = state.hold.restoring_rate(&tuning.hold);
         if rate == 0 {
@@ -70,8 +75,11 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
     let reference = state.motion;
-    // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns.
-    let part = if standing { state.valve.part_of_limits() } else { I6F26::ONE };
+    // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns. One
+    // that leaves the limits free does not.
+    let part = state.valve.part_of_limits();
+    let free = followed.used <= product::<_, _, I6F26>(part, tuning.stream.followed_part);
+    let part = if standing || free { part } else { I6F26::ONE };
     let jerk_r = reference.jerk_towards(&followed, &tuning.limits, part);
     let jerk = i64::from(jerk_r.to_bits())
         + gains.a.wide(reference.a.saturating_sub(estimate.a))
@@ -80,15 +88,26 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let by_motion: Jerk = product(air.stiffness, estimate.v.saturating_add(tuning.lead.of(reference.a)));
     let mass = state.body.mass;
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);
-    let slope = state.valve.slope(rate >= 0, air);
-    let theta = angle_for(rate, slope, most);
-    // What the valve cannot give, the reference does not ask for. But one that brakes near by would stop short and turn back.
-    let excess = if theta.saturating_abs() < most {
+    let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
+    // The friction of a target that is followed is known ahead.
+    let led = if in_full && near {
+        let frictions = (estimate.bristle, state.body.coulomb);
+        let full = product(state.valve.slope(followed.motion.a >= 0, air), most);
+        let constants = (&tuning.friction, tick);
+        rate.saturating_add(state.friction_ahead.rate(&followed.motion, frictions, full, state.lag.ticks, constants))
+    } else {
+        state.friction_ahead = FrictionAhead::at(estimate.bristle);
+        rate
+    };
+    let slope = state.valve.slope(led >= 0, air);
+    let theta = angle_for(led, slope, most);
+    // What the valve cannot give, the reference does not ask for; friction ahead is none of its motion. But one that brakes near by
+    // would stop short and turn back.
+    let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
+    let excess = if theta.saturating_abs() < most || (missing < 0) != (theta >= 0) {
         Jerk::ZERO
     } else {
-        let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
         let against = |x: i32| if reference.v < 0 { x } else { x.saturating_neg() };
-        let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
         let braking = near && standing && against(reference.a.to_bits()) > tuning.braking.to_bits();
         let brakes_harder = braking && against(missing.to_bits()) > 0;
         if brakes_harder {

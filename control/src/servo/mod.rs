@@ -3,7 +3,8 @@
 //! ```text
 //! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each
 //!                       ▲         ▲       ▲   ▲
-//!                       └ excess ─┘       │   └─ hold, stick          silent at rest; breaking away
+//!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
+//!                                         │      hold, stick          silent at rest; breaking away
 //!                            observer ────┘   └─ learning             valve gain, dead zone, friction
 //! ```
 //!
@@ -27,6 +28,7 @@ mod air;
 mod angle;
 mod delay;
 mod factor;
+pub mod friction;
 pub mod hold;
 pub mod inversion;
 mod law;
@@ -41,14 +43,16 @@ mod tuning;
 
 use crate::arithmetic::{limit, multiply};
 use crate::quantities::{Position, Pressure, Voltage};
+use air::Air;
 use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
+use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
 use learned::Learned;
 use learning::Lag;
-use observer::{Body, Estimate};
+use observer::{Body, Estimate, Opening};
 pub use opening::{OPENING_KNOTS, OPENING_STEP_V};
 use reference::Motion;
 use stick::Stick;
@@ -112,6 +116,15 @@ pub(crate) struct Readings {
     pub(crate) supply: Option<Pressure>,
 }
 
+/// What one tick shows of the rig, until it is learned behind the valve code.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Shown {
+    /// Innovation of the force.
+    force: Acceleration,
+    opening: Opening,
+    air: Air,
+}
+
 /// What the law remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoState {
@@ -129,10 +142,12 @@ pub struct ServoState {
     pub hold: Hold,
     stream: Stream,
     stick: Stick,
+    friction_ahead: FrictionAhead,
     noise: Micrometres,
     acting: Voltage,
     delay: Delay,
     forces: [Acceleration; 3],
+    shown: Option<Shown>,
     /// Whether anything was learned since power-on.
     learned: bool,
 }
@@ -182,7 +197,8 @@ impl Tuning {
         if state.learned { Learned::of(&state.valve, &state.body, state.lag.ticks) } else { self.start }
     }
 
-    /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run.
+    /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run. [`Tuning::learn`]
+    /// follows.
     ///
     /// Never inlined, so that it is compiled with this crate's options: for speed, also in a firmware that is compiled for size.
     #[inline(never)]
@@ -211,16 +227,8 @@ impl Tuning {
             (state.lag.ticks, &state.body),
             (&self.observer, &self.tick),
         );
-        if let Some(force) = innovation.force {
-            // A wrong rate of force stands as an innovation of that rate over the correction's.
-            let wrong = self.learning.wrong.of(force);
-            let slope = state.valve.slope(opening.theta >= 0, &air);
-            state.lag.learn(wrong, opening.theta, slope, &self.learning);
-            learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
-            let load = chambers.rest_force().saturating_neg();
-            learning::learn_body(&mut state.body, &mut state.estimate, load, &self.learning);
-            state.hold.learn_noise(force, &self.hold);
-        } else {
+        state.shown = innovation.force.map(|force| Shown { force, opening, air });
+        if state.shown.is_none() {
             state.estimate.unseen_force(&self.observer);
         }
         let wrong = self.noise_of.of(innovation.y.saturating_abs());
@@ -228,6 +236,21 @@ impl Tuning {
         let command = law::command(self, state, target, &air);
         state.acting = command[0];
         command
+    }
+
+    /// Learns what the tick has shown; it counts from the next one on. A quarter of the law's time, which the valve code does not
+    /// wait for.
+    #[inline(never)]
+    pub(crate) fn learn(&self, state: &mut ServoState) {
+        let Some(Shown { force, opening, air }) = state.shown.take() else { return };
+        // A wrong rate of force stands as an innovation of that rate over the correction's.
+        let wrong = self.learning.wrong.of(force);
+        let slope = state.valve.slope(opening.theta >= 0, &air);
+        state.lag.learn(wrong, opening.theta, slope, &self.learning);
+        learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
+        let load = self.chambers.rest_force().saturating_neg();
+        learning::learn_body(&mut state.body, &mut state.estimate, load, &self.learning);
+        state.hold.learn_noise(force, &self.hold);
     }
 
     /// A noisier position is judged more coarsely.

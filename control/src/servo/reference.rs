@@ -9,7 +9,7 @@
 //! bits and end at ±32: a target farther away is as good as one there.
 
 use super::factor::{Factor, quotient, root_q26};
-use super::{Acceleration, Jerk, Tick};
+use super::{Acceleration, Jerk, Part, Tick};
 use crate::arithmetic::{limit, saturate};
 use crate::quantities::{Position, Velocity};
 use fixed::types::I6F26;
@@ -57,6 +57,8 @@ pub(crate) struct Aim {
     pub(crate) motion: Motion,
     /// Its jerk.
     pub(crate) jerk: Jerk,
+    /// Part of the limits that its motion takes up, peaks of the last second included.
+    pub(crate) used: Part,
 }
 
 /// A point as the plan sees it: from the aim, in units of the limits, 26 fractional bits.

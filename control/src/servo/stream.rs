@@ -34,6 +34,8 @@ pub(crate) struct StreamGains {
     pub(crate) forget: Share<Part, Part>,
     /// Part of the limits at which a target's own derivatives are not followed any more.
     pub(crate) lost: Part,
+    /// Part up to which they are followed in full.
+    pub(crate) followed_part: Part,
     /// From what is left until then to the part of the derivatives that is followed.
     pub(crate) followed: Factor<Part, Part>,
 }
@@ -91,6 +93,7 @@ impl Stream {
         Aim {
             motion: Motion { v: part_of(v, followed), a: part_of(a, followed), ..self.motion },
             jerk: part_of(self.jerk, followed),
+            used: self.used,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One file of the law at a time, against its equation in f64.
 
 use super::air::Chambers;
+use super::friction::FrictionAhead;
 use super::hold::Means;
 use super::learned::{MEASURED_AGAINST, Quantity};
 use super::observer::{Estimate, Opening};
@@ -97,7 +98,7 @@ fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
     let tuning = tuning();
     for target in [1e-4, 1e-3, 0.045, 0.3, -0.4] {
         let mut motion = Motion::default();
-        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO };
         for _ in 0..3000 {
             motion = motion.arrived(&aim.motion, &tuning.limits);
             let jerk =
@@ -118,7 +119,7 @@ fn a_target_changed_in_mid_move_is_reached_too() {
     let mut motion = Motion::default();
     for tick in 0..3000 {
         let target = if tick < 150 { 0.3 } else { -0.02 };
-        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO };
         motion = motion.arrived(&aim.motion, &tuning.limits);
         motion = motion.after(motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE), &tuning.tick);
     }
@@ -131,7 +132,7 @@ fn a_step_has_no_velocity_and_a_sine_has_its_own() {
     let mut stream = Stream::at(Position::ZERO);
     for _ in 0..5 {
         let aim = stream.take(metres(0.045), &tuning.stream, &tuning.tick);
-        assert_eq!(aim, reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO });
+        assert_eq!(aim, reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO });
     }
     let mut stream = Stream::at(Position::ZERO);
     let w = core::f64::consts::PI;
@@ -168,41 +169,95 @@ fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expec
 #[test]
 fn hold_begins_after_a_rest_is_left_by_a_new_target_and_lets_force_drift_only_inwards() {
     let tuning = tuning();
-    let (limits, caution) = (&tuning.hold, Caution(1 << 24));
+    let (limits, caution, coulomb) = (&tuning.hold, Caution(1 << 24), tuning.learning.coulomb);
     let force = Acceleration::from_num(1);
     let now = Means { error: metres(5e-6), v: Velocity::ZERO, force };
     let mut hold = Hold::default();
     let mut ticks = 0;
-    while !hold.decide(Position::ZERO, true, now, Acceleration::ZERO, (limits, caution)) {
+    while !hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, caution)) {
         ticks += 1;
         assert!(ticks < 100, "{hold:?}");
     }
     assert!(ticks >= 9, "after {ticks} ticks");
     for _ in 0..limits.settle_ticks {
-        hold.decide(Position::ZERO, true, now, Acceleration::ZERO, (limits, caution));
+        hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, caution));
     }
     let far = Means { force: force + Acceleration::from_num(1), ..now };
     for _ in 0..200 {
-        hold.decide(Position::ZERO, true, far, Acceleration::ZERO, (limits, caution));
+        hold.decide(Position::ZERO, true, far, (Acceleration::ZERO, coulomb), (limits, caution));
     }
     assert!(hold.restoring_rate(limits) < 0, "the force drifts away from the middle of the friction band: {hold:?}");
     let near = Means { force: Acceleration::from_num(0.1), ..now };
     for _ in 0..200 {
-        hold.decide(Position::ZERO, true, near, Acceleration::ZERO, (limits, caution));
+        hold.decide(Position::ZERO, true, near, (Acceleration::ZERO, coulomb), (limits, caution));
     }
     assert_eq!(hold.restoring_rate(limits), 0, "the force drifts towards it: {hold:?}");
-    assert!(!hold.decide(metres(1e-3), true, now, Acceleration::ZERO, (limits, caution)));
+    assert!(!hold.decide(metres(1e-3), true, now, (Acceleration::ZERO, coulomb), (limits, caution)));
+}
+
+#[test]
+fn a_piston_at_its_coulomb_friction_is_not_held() {
+    let tuning = tuning();
+    let (limits, caution, coulomb) = (&tuning.hold, Caution(1 << 24), tuning.learning.coulomb);
+    let held_at = |force: f64, coulomb: Acceleration| {
+        let now = Means { error: metres(5e-6), v: Velocity::ZERO, force: Acceleration::from_num(force) };
+        let (mut hold, load) = (Hold::default(), Acceleration::from_num(0.3));
+        // At rest after a hundred ticks, in which the means follow.
+        (0..200).any(|tick| hold.decide(Position::ZERO, tick > 100, now, (load, coulomb), (limits, caution)))
+    };
+    let friction = value(coulomb);
+    for (force, held) in [(0.85, true), (0.95, false), (1.2, false)] {
+        assert_eq!(held_at(force * friction - 0.3, coulomb), held, "{force} of the friction");
+        assert_eq!(held_at(-force * friction - 0.3, coulomb), held, "{force} of the friction, the other way");
+    }
+    assert!(held_at(-0.3, Acceleration::ZERO), "nothing holds a piston without friction, and nothing moves it");
+}
+
+#[test]
+fn where_a_target_turns_round_the_force_has_set_out_by_half_its_way_at_full_flow() {
+    let tuning = tuning();
+    let (gains, coulomb) = (&tuning.friction, tuning.learning.coulomb);
+    let (f_c, w) = (value(coulomb), std::f64::consts::PI);
+    let full = 150.0;
+    let mut ahead = FrictionAhead::at(coulomb);
+    let mut turned = None;
+    for tick in 0..1000 {
+        // A sine of 50 mm and 0.5 Hz turns after half a second.
+        let t = f64::from(tick) * 1e-3;
+        let (v, a) = (0.05 * w * (w * t).cos(), -0.05 * w * w * (w * t).sin());
+        let aim = Motion { v: Velocity::from_num(v), a: Acceleration::from_num(a), ..Motion::default() };
+        let rate = ahead.rate(&aim, (coulomb, coulomb), Jerk::from_num(full), tuning.lag, (gains, &tuning.tick));
+        if turned.is_none() && rate < 0 {
+            turned = Some(t);
+        }
+        if tick == 0 {
+            assert_eq!(rate, 0, "nothing to lead while the piston slides on");
+        }
+    }
+    let lead = 0.5 - turned.expect("the target turns");
+    let expected = f_c / full + value(tuning.lag) * 1e-3 + 1.5e-3;
+    assert!((lead - expected).abs() < 1.5e-3, "{lead} s instead of {expected}");
+    // From one end to the other, and by the gain of half over the dead zone what is missing.
+    let rate = ahead.rate(
+        &Motion { v: Velocity::from_num(-0.1), ..Motion::default() },
+        (coulomb, coulomb),
+        Jerk::from_num(full),
+        tuning.lag,
+        (gains, &tuning.tick),
+    );
+    let expected = -2.0 * f_c * 0.5 / (value(tuning.lag) * 1e-3 + 1.5e-3);
+    assert!((value(rate) / expected - 1.0).abs() < 1e-3, "{rate} instead of {expected}");
 }
 
 #[test]
 fn a_held_valve_stays_silent_while_the_force_comes_to_rest_and_whatever_its_noise_feigns() {
     let tuning = tuning();
-    let (limits, caution) = (&tuning.hold, Caution(1 << 24));
+    let (limits, caution, coulomb) = (&tuning.hold, Caution(1 << 24), tuning.learning.coulomb);
     let mut hold = Hold::default();
     let mut tick = |force: f64| {
         let now = Means { error: metres(5e-6), v: Velocity::ZERO, force: Acceleration::from_num(force) };
         hold.learn_noise(Acceleration::from_num(force - 1.0), limits);
-        let held = hold.decide(Position::ZERO, true, now, Acceleration::ZERO, (limits, caution));
+        let held = hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, caution));
         if held { hold.restoring_rate(limits) } else { Jerk::ZERO }
     };
     // The valve is still closing when hold begins: the force goes on by more than it may drift.
@@ -304,7 +359,7 @@ fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other(
 fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
     for tick_hz in [1000, 3000, 10_000, 20_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO };
         let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
         for _ in 0..tick_hz {
             motion = motion.arrived(&aim.motion, &tuning.limits);
@@ -324,7 +379,7 @@ fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
 fn along_the_speed_limit_the_jerk_does_not_alternate() {
     for tick_hz in [1000, 3000, 10_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO, used: I6F26::ZERO };
         let (mut motion, mut sides, mut last, mut fastest) = (Motion::default(), 0, Jerk::ZERO, 0.0_f64);
         while motion != aim.motion {
             let jerk = motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE);

@@ -5,6 +5,7 @@
 use super::air::{Chambers, Critical};
 use super::delay;
 use super::factor::{Factor, Share};
+use super::friction::FrictionGains;
 use super::hold::{HoldLimits, Weights};
 use super::inversion::{Valve, ValveModel};
 use super::law::LawGains;
@@ -129,6 +130,7 @@ pub struct Tuning {
     pub(super) law: LawGains,
     pub(super) hold: HoldLimits,
     pub(super) stick: StickGains,
+    pub(super) friction: FrictionGains,
     /// Speed below which the reference stands.
     pub(super) standing: Velocity,
     /// Distance of the reference from the piston up to which it may brake as planned.
@@ -289,6 +291,7 @@ impl Tuning {
                 used: (Factor::new(FOLLOWED / speed), Factor::new(1.0 / acceleration), Factor::new(1.0 / jerk)),
                 forget: Share::new(t / PEAK_HELD_S),
                 lost: exactly(LOST),
+                followed_part: exactly(FOLLOWED),
                 followed: Factor::new(1.0 / (LOST - FOLLOWED)),
             },
             limits: Limits {
@@ -315,6 +318,8 @@ impl Tuning {
                 coast_ticks: ticks(COAST_S),
                 trial_ticks: ticks(TRIAL_S),
                 force: exactly(MOVING * coulomb),
+                // Three standard deviations of the disturbance: the observer makes `σ² 3 w_o⁵ T / 16` of a position's variance.
+                band: exactly(3.0 * w_o * w_o * root(3.0 / 16.0 * w_o * t) * 1e-6 * QUIET_UM),
                 target: exactly(SAME_M),
                 speed: exactly(HOLD_SPEED),
                 ticks: ticks(REST_S),
@@ -333,6 +338,7 @@ impl Tuning {
                 inwards: p.servo_stick_slip,
             },
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
+            friction: FrictionGains::new(hz, bristle, delay_ticks),
             standing: exactly(STANDING),
             near: exactly(ERROR_M),
             braking: exactly(BRAKING * acceleration),

@@ -20,12 +20,22 @@ pub struct Hold {
 
 impl Hold {
     /// Decides whether to hold this tick. `resting` says that the reference has arrived.
-    pub fn decide(&mut self, target: f64, resting: bool, now: [f64; 3], disturbance: f64, tuning: &Tuning) -> bool {
+    /// Now are error, velocity and force; the disturbance and the Coulomb friction are those that were estimated, N.
+    pub fn decide(
+        &mut self,
+        target: f64,
+        resting: bool,
+        now: [f64; 3],
+        [disturbance, coulomb]: [f64; 2],
+        tuning: &Tuning,
+    ) -> bool {
         for ((mean, now), weight) in self.mean.iter_mut().zip(now).zip(tuning.hold_weights) {
             *mean += weight * (now - *mean);
         }
         let [error, v, force] = self.mean;
         let [enter, leave] = tuning.hold_m;
+        // At its Coulomb friction a piston creeps on once the valve is closed, or with the first force that leaks.
+        let held = (force + disturbance).abs() < (coulomb - tuning.hold_force).max(tuning.hold_band);
         if self.on {
             self.ticks = self.ticks.saturating_add(1);
             // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
@@ -42,7 +52,7 @@ impl Hold {
                 self.on = false;
                 self.ticks = 0;
             }
-        } else if resting && error.abs() < enter && v.abs() < tuning.hold_speed {
+        } else if resting && held && error.abs() < enter && v.abs() < tuning.hold_speed {
             self.ticks += 1;
             if self.ticks >= tuning.hold_ticks {
                 (self.on, self.target, self.force, self.pulse) = (true, target, force, 0.0);

@@ -10,6 +10,7 @@
 
 pub mod air;
 pub mod bench;
+pub mod friction;
 pub mod hold;
 pub mod inversion;
 pub mod learning;
@@ -22,6 +23,7 @@ pub mod trials;
 pub mod tuning;
 
 use air::Air;
+use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
 use learning::Lag;
@@ -31,7 +33,7 @@ use reference::{Limits, Motion};
 use rig_files::tuning::Pneumatics;
 use std::collections::VecDeque;
 use stick::Stick;
-use stream::{Aim, Stream};
+use stream::{Aim, FOLLOWED_PART, Stream};
 pub use tuning::Tuning;
 
 /// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
@@ -85,6 +87,7 @@ pub struct Servo {
     delayed: VecDeque<f64>,
     pressures: [f64; 3],
     begun: bool,
+    friction_ahead: FrictionAhead,
 }
 
 impl Servo {
@@ -110,6 +113,7 @@ impl Servo {
             acting: tuning.centre_v,
             pressures: [0.0; 3],
             begun: false,
+            friction_ahead: FrictionAhead::default(),
             tuning,
         }
     }
@@ -141,17 +145,19 @@ impl Servo {
         self.delayed.push_back(self.acting);
         let acting = self.delayed.pop_front().unwrap_or(self.acting);
         let theta = self.estimate.predict(acting, &air, &self.valve, self.lag.seconds, &self.body, &tuning);
-        if seen.is_some() {
-            self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
-            learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
-            learning::learn_body(&mut self.body, &mut self.estimate, -rest, &tuning);
-            self.hold.learn_noise(innovation.force, &tuning);
-        } else {
+        if seen.is_none() {
             self.estimate.unseen_force(&tuning);
         }
         self.noise += NOISE_RATE * t * (1.25 * innovation.y.abs() - self.noise);
         let u = self.command(target, &air);
         self.acting = u;
+        // Behind the command, as on the chip: what is learned counts from the next tick on.
+        if seen.is_some() {
+            self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
+            learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, -rest, &tuning);
+            self.hold.learn_noise(innovation.force, &tuning);
+        }
         u
     }
 
@@ -176,12 +182,23 @@ impl Servo {
         let (t, w) = (tuning.tick_s, tuning.law_w);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
-        let Aim { motion: aim, jerk: aim_jerk } = self.stream.take(target, &tuning.limits, t);
+        let Aim { motion: aim, jerk: aim_jerk, used } = self.stream.take(target, &tuning.limits, t);
+        let followed = aim.v != 0.0 && used <= FOLLOWED_PART;
+        let friction = tuning.bristle_stiffness * estimate.bristle;
+        if !followed {
+            self.friction_ahead = FrictionAhead::at(friction);
+        }
         let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
         let error = target - estimate.y;
         // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
         let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weights[0] / t } else { estimate.v };
-        if self.hold.decide(target, resting, [error, v, estimate.force], estimate.disturbance, &tuning) {
+        if self.hold.decide(
+            target,
+            resting,
+            [error, v, estimate.force],
+            [estimate.disturbance, self.body.coulomb],
+            &tuning,
+        ) {
             self.stick = Stick::default();
             let rate = self.hold.restoring_rate(&tuning);
             if rate == 0.0 {
@@ -203,8 +220,9 @@ impl Servo {
         let r = self.motion;
         // Planned as seen from the moving target.
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
-        // A target that moves sets the pace itself.
-        let part = if aim.v == 0.0 { self.valve.part_of_limits() } else { 1.0 };
+        // A target that moves sets the pace itself, but for one that leaves the limits free.
+        let part = self.valve.part_of_limits();
+        let part = if aim.v == 0.0 || used <= part * FOLLOWED_PART { part } else { 1.0 };
         let rest = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
         let left = Limits {
             speed: rest(tuning.limits.speed, aim.v, 0.1),
@@ -215,16 +233,29 @@ impl Servo {
         let jerk =
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
         let rate = self.body.mass * jerk + air.stiffness * (estimate.v + tuning.lead_s * r.a);
-        let slope = self.valve.slope(rate, air);
         let most = self.valve.most_angle();
-        let asked = rate / slope;
-        let theta = asked.clamp(-most, most);
-        // What the valve cannot give, the reference does not ask for. But one that brakes near by would stop short and turn back.
-        let missing = (theta - asked) * slope / self.body.mass;
+        // The friction of a target that is followed is known ahead.
         let near = (r.y - estimate.y).abs() < tuning.near_m;
+        let led = if followed && near {
+            let coulomb = self.body.coulomb;
+            let delay_s = self.lag.seconds + (tuning.delay_ticks as f64 + 1.5) * t;
+            // The force travels by twice the friction at full flow; half of that before the target turns, half after it.
+            let travel_s = coulomb / (self.valve.slope(aim.a, air) * most);
+            let v_ahead = aim.v + (delay_s + travel_s) * aim.a;
+            rate + self.friction_ahead.rate(v_ahead, friction, coulomb, delay_s, &tuning)
+        } else {
+            self.friction_ahead = FrictionAhead::at(friction);
+            rate
+        };
+        let slope = self.valve.slope(led, air);
+        let asked = led / slope;
+        let theta = asked.clamp(-most, most);
+        // What the valve cannot give, the reference does not ask for; friction ahead is none of its motion. But one that brakes near
+        // by would stop short and turn back.
+        let missing = if theta == asked { 0.0 } else { (theta * slope - rate) / self.body.mass };
         let braking = near && aim.v == 0.0 && r.a * r.v.signum() < -tuning.braking;
         let brakes_harder = braking && r.v * missing < 0.0;
-        let excess = if brakes_harder { 0.0 } else { missing };
+        let excess = if brakes_harder || (missing < 0.0) != (theta >= 0.0) { 0.0 } else { missing };
         self.motion = r.after(jerk_r + excess, t);
         self.valve.command(theta, tuning.blend)
     }

@@ -19,6 +19,8 @@ pub struct Aim {
     pub motion: Motion,
     /// Its jerk, m/s3.
     pub jerk: f64,
+    /// Part of the limits that its motion takes up, peaks of the last second included.
+    pub used: f64,
 }
 
 /// Bandwidth with which the derivatives follow, rad/s.
@@ -27,7 +29,7 @@ const BANDWIDTH: f64 = 150.0;
 const JERK_BANDWIDTH: f64 = 30.0;
 /// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at
 /// `LOST_PART` none is left.
-const FOLLOWED_PART: f64 = 0.25;
+pub const FOLLOWED_PART: f64 = 0.25;
 const LOST_PART: f64 = 0.4;
 /// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
 const PEAK_HELD_S: f64 = 1.0;
@@ -72,7 +74,7 @@ impl Stream {
         // The peaks count: acceleration and jerk of a sine come in turn.
         self.used = used.max(self.used - t / PEAK_HELD_S * self.used);
         let followed = ((LOST_PART - self.used) / (LOST_PART - FOLLOWED_PART)).clamp(0.0, 1.0);
-        Aim { motion: Motion { y, v: followed * v, a: followed * a }, jerk: followed * self.jerk }
+        Aim { motion: Motion { y, v: followed * v, a: followed * a }, jerk: followed * self.jerk, used: self.used }
     }
 }
 

@@ -57,6 +57,8 @@ pub struct Tuning {
     pub hold_ticks: u32,
     /// Hold: change of force that may have moved the piston, N.
     pub hold_force: f64,
+    /// Hold: force within which the piston counts as held where friction is not told from noise, N.
+    pub hold_band: f64,
     /// Hold: ticks after entering within which the piston may still coast.
     pub coast_ticks: u32,
     /// Hold: ticks after entering until the spool stands in the middle and the means have followed.
@@ -128,6 +130,11 @@ impl Tuning {
             hold_speed: 1.8e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
             hold_force: 0.1 * friction.coulomb_n,
+            hold_band: 3.0
+                * rig.load.mass_kg
+                * observer_w.powi(2)
+                * (3.0 / 16.0 * observer_w * tick_s).sqrt()
+                * super::QUIET_M,
             coast_ticks: (0.2 / tick_s) as u32,
             settle_ticks: (32e-3 / tick_s) as u32,
             trial_ticks: (0.5 / tick_s) as u32,

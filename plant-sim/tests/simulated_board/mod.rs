@@ -95,7 +95,7 @@ impl Simulated {
                 *code = self.converters[channel].code(shown) as u16;
             }
             let tick = self.control_loop.tick(codes, ExternalFaults::default(), true);
-            self.control_loop.watch();
+            self.control_loop.conclude();
             self.snapshot.publish(&tick.record, &self.control_loop);
             if tick.record_due {
                 self.recent.push(&tick.record);

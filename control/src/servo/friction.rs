@@ -1,0 +1,75 @@
+//! Friction along the reference: where a streamed target turns round, the piston sticks until the force of the chambers has
+//! travelled from one end of the Coulomb friction to the other. The valve takes tens of milliseconds for that, in which the
+//! target moves on. When it turns is known, so the force sets out before.
+
+use super::factor::{Factor, quotient};
+use super::reference::Motion;
+use super::{Acceleration, Jerk, Ratio, Tick, Ticks};
+use crate::arithmetic::{limit, product};
+use crate::quantities::Velocity;
+
+/// Gain times dead time of the loop that brings the force to the friction ahead: a phase margin of 61 degrees.
+const GAIN_DELAY: Ticks = Ticks::lit("0.5");
+/// Delay of tick and output, as the law's bandwidth counts it, in ticks.
+const TICK_DELAY: Ticks = Ticks::lit("1.5");
+
+/// Constants of the friction ahead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FrictionGains {
+    /// `T σ_0 / M`: from velocity to the change of the bristles' force in a tick.
+    pub(crate) bristle: Factor<Velocity, Acceleration>,
+    /// `1 / T`.
+    pub(crate) per_tick: Factor<Acceleration, Jerk>,
+    /// Delay of the command by tick, output and hoses.
+    pub(crate) delay: Ticks,
+}
+
+impl FrictionGains {
+    /// For a tick rate of `hz` in 1/s, bristles of `bristle` in 1/s2 (`σ_0 / M`) and hoses that delay by whole ticks.
+    pub(crate) fn new(hz: f64, bristle: f64, delay_ticks: u8) -> Self {
+        Self {
+            bristle: Factor::new(bristle / hz),
+            per_tick: Factor::new(hz),
+            delay: TICK_DELAY + Ticks::from_num(delay_ticks),
+        }
+    }
+}
+
+/// The friction that the target's motion meets when the force that is asked for now will act, per moving mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionAhead {
+    force: Acceleration,
+}
+
+impl FrictionAhead {
+    /// A piston that rests at this friction.
+    #[inline]
+    pub(crate) fn at(force: Acceleration) -> Self {
+        Self { force }
+    }
+
+    /// Rate of force beyond the law's, which takes the estimated `friction` for granted, for a target that moves like `aim`.
+    /// The bristles are stretched by its velocity and slide at the `coulomb` force; `full` is the rate of force of the open
+    /// valve, `lag` that of its spool.
+    #[inline]
+    pub(crate) fn rate(
+        &mut self,
+        aim: &Motion,
+        (friction, coulomb): (Acceleration, Acceleration),
+        full: Jerk,
+        lag: Ticks,
+        (gains, tick): (&FrictionGains, &Tick),
+    ) -> Jerk {
+        let delay = lag.saturating_add(gains.delay);
+        // The force travels by twice the friction at full flow; half of that before the target turns, half after it.
+        let full: Acceleration = tick.change(full);
+        let travel = quotient(coulomb.to_bits(), full.to_bits().unsigned_abs(), Ticks::FRAC_NBITS);
+        let change: Velocity = tick.change(aim.a);
+        let v_ahead = aim.v.saturating_add(product(change, delay.saturating_add(Ticks::from_bits(travel))));
+        let before = limit(self.force, -coulomb, coulomb);
+        self.force = limit(before.saturating_add(gains.bristle.of(v_ahead)), -coulomb, coulomb);
+        let share = Ratio::from_bits(quotient(GAIN_DELAY.to_bits(), delay.to_bits().unsigned_abs(), Ratio::FRAC_NBITS));
+        let step: Acceleration = product(self.force.saturating_sub(friction), share);
+        gains.per_tick.of((self.force - before).saturating_add(step))
+    }
+}
