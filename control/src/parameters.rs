@@ -95,7 +95,7 @@ parameter_table! {
     /// Positioning law: highest speed of the reference.
     servo_speed_m_per_s: f32 = 1.3917, "m/s", 1.0e-3 => 50.0;
     /// Positioning law: highest acceleration of the reference.
-    servo_acceleration_m_per_s2: f32 = 10.45297, "m/s2", 1.0e-2 => 5_000.0;
+    servo_acceleration_m_per_s2: f32 = 9.327265, "m/s2", 1.0e-2 => 5_000.0;
     /// Positioning law: highest jerk of the reference.
     servo_jerk_m_per_s3: f32 = 80.5558, "m/s3", 0.1 => 2.0e6;
     /// Positioning law: bandwidth of the law.

@@ -1,6 +1,6 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
 //! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
-//! [streams=0] [sines=0] [sine_hz=0.5] [noise=1] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
+//! [streams=0] [sines=0] [sine_hz=0.5] [noise=1] [friction=1] [draws_mm=45] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
 //! DAC over ±5 V, 1 kHz, output one tick late.
@@ -8,7 +8,7 @@
 use plant_model::Rig;
 use plant_sim::servo::Tuning;
 use plant_sim::servo::bench::{Driver, Lost, Move, sine, step};
-use plant_sim::servo::trials::{Wave, bench, random_moves, stream};
+use plant_sim::servo::trials::{Wave, bench, random_moves, stream, with_friction};
 use rayon::prelude::*;
 
 const LAG_S: f64 = 1.7e-3;
@@ -40,6 +40,9 @@ fn main() {
     for case in cases.chars() {
         let (rig, longest) = nominal(case);
         let mut tuning = Tuning::of(&rig, LAG_S, tick_s);
+        // What the law takes for the rig, and what it is.
+        let mut actual = rig;
+        actual.friction = with_friction(&rig, value("friction").unwrap_or(1.0)).friction;
         for (name, place) in [
             ("w", &mut tuning.law_w),
             ("wo", &mut tuning.observer_w),
@@ -62,11 +65,12 @@ fn main() {
         tuning.coast_ticks = value("jt").map_or(tuning.coast_ticks, |ticks| ticks as u32);
         tuning.stick_ticks = value("st").map_or(tuning.stick_ticks, |ticks| ticks as u32);
         tuning.coulomb_start = value("fc0").unwrap_or(tuning.coulomb_start);
+        tuning.unlearn = value("ul").unwrap_or(tuning.unlearn);
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {
             *rate = value(name).unwrap_or(*rate);
         }
         let on = |drawn: bool, seed: u64| {
-            let bench = bench(&rig, tuning, drawn, noise, seed, lost);
+            let bench = bench(&rig, &actual, tuning, drawn, noise, seed, lost);
             if in_tick { bench.with_tick(Driver::Tick) } else { bench }
         };
         let ticks = (2.5 / tick_s) as u32;
@@ -146,8 +150,11 @@ fn main() {
                 mean(|run| run.1),
             );
         }
-        let runs: Vec<Move> =
-            (first..first + draws).into_par_iter().map(|seed| step(&mut on(true, seed), 0.045, ticks)).collect();
+        let drawn_mm = value("draws_mm").unwrap_or(45.0);
+        let runs: Vec<Move> = (first..first + draws)
+            .into_par_iter()
+            .map(|seed| step(&mut on(true, seed), drawn_mm * 1e-3, ticks))
+            .collect();
         if draws > 0 {
             let share = |good: &dyn Fn(&Move) -> bool| {
                 100.0 * runs.iter().filter(|run| good(run)).count() as f64 / draws as f64
@@ -155,7 +162,7 @@ fn main() {
             let mut over: Vec<f64> = runs.iter().map(|run| run.overshoot_m).collect();
             over.sort_by(f64::total_cmp);
             println!(
-                "  {draws} draws of 45 mm: stable {:.1} %, within 0.6 s {:.1} %, within 1 s {:.1} %; overshoot 95th percentile {:.2} mm, worst {:.2} mm",
+                "  {draws} draws of {drawn_mm} mm: stable {:.1} %, within 0.6 s {:.1} %, within 1 s {:.1} %; overshoot 95th percentile {:.2} mm, worst {:.2} mm",
                 share(&|run| run.rest_peak_m < 2e-3 && run.furthest_m < 0.09),
                 share(&|run| run.settled_s <= 0.6),
                 share(&|run| run.settled_s <= 1.0),

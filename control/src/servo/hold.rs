@@ -70,6 +70,33 @@ pub struct Means {
     pub force: Acceleration,
 }
 
+/// Tells a limit cycle: the piston passes a standing target again and again. Friction that is compensated in excess of what there
+/// is does that.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Cycle {
+    /// On which side of the target the piston was last: the sign of its error.
+    side: i8,
+    /// How often it has passed the target since the target stands.
+    passes: u8,
+    /// Whether it has in this tick.
+    passed: bool,
+}
+
+impl Cycle {
+    #[inline]
+    fn see(&mut self, resting: bool, error: Position, limit: Position) {
+        self.passed = false;
+        if !resting {
+            *self = Self::default();
+        } else if error.saturating_abs() > limit {
+            let side = if error > 0 { 1 } else { -1 };
+            self.passed = side == -self.side;
+            self.passes = self.passes.saturating_add(self.passed.into());
+            self.side = side;
+        }
+    }
+}
+
 /// Whether the valve is held in the middle of its dead zone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hold {
@@ -82,6 +109,7 @@ pub struct Hold {
     slow: Position,
     noise: Acceleration,
     pulse: i8,
+    cycle: Cycle,
     /// Means over the last few ticks.
     pub mean: Means,
 }
@@ -138,7 +166,14 @@ impl Hold {
         } else {
             self.ticks = 0;
         }
+        self.cycle.see(resting && !self.on, self.mean.error, caution.of(limits.leave));
         self.on
+    }
+
+    /// Whether the piston has passed a standing target once more, after it had passed it already: an overshoot is no cycle.
+    #[inline]
+    pub(crate) fn cycles(&self) -> bool {
+        self.cycle.passed && self.cycle.passes > 1
     }
 
     /// A change of the mean force that counts: the limit, or more where the noise of the force alone could pass it.

@@ -47,6 +47,8 @@ pub(crate) struct LearningRates {
     pub(crate) body: Factor<Acceleration, Part>,
     /// Nominal Coulomb friction.
     pub(crate) coulomb: Acceleration,
+    /// What of it is unlearned each time that the piston passes a standing target.
+    pub(crate) unlearn: Share<Acceleration, Acceleration>,
     /// Its bounds.
     pub(crate) coulomb_bounds: [Acceleration; 2],
     /// Nominal viscous friction.
@@ -122,6 +124,13 @@ pub(crate) fn learn_valve(
         let zone = &mut model.zones[side];
         *zone = limit(zone.saturating_sub(rates.zone.of(product(volts, valve.per_slopes[side]))), least, most);
     }
+}
+
+/// Coulomb friction that is less than what is compensated, which a limit cycle shows: its speed is too low to learn from.
+#[inline]
+pub(crate) fn unlearn_friction(body: &mut Body, rates: &LearningRates) {
+    let [least, _] = rates.coulomb_bounds;
+    body.coulomb = body.coulomb.saturating_sub(rates.unlearn.of(body.coulomb)).max(least);
 }
 
 /// Friction and mass, from what the disturbance of one tick shows beyond the known load.

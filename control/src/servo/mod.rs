@@ -242,6 +242,9 @@ impl Tuning {
     /// wait for.
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
+        if state.hold.cycles() {
+            learning::unlearn_friction(&mut state.body, &self.learning);
+        }
         let Some(Shown { force, opening, air }) = state.shown.take() else { return };
         // A wrong rate of force stands as an innovation of that rate over the correction's.
         let wrong = self.learning.wrong.of(force);

@@ -84,6 +84,11 @@ pub fn learn_valve(valve: &mut ValveModel, innovation: &Innovation, theta: f64, 
     }
 }
 
+/// Coulomb friction that is less than what is compensated, which a limit cycle shows: its speed is too low to learn from.
+pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
+    body.coulomb = (body.coulomb * (1.0 - tuning.unlearn)).max(FRICTION[0] * tuning.coulomb);
+}
+
 /// Friction and mass, from what the disturbance of one tick shows beyond the known load, N.
 pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, tuning: &Tuning) {
     if estimate.v.abs() < SLIDING {

@@ -152,6 +152,9 @@ impl Servo {
         let u = self.command(target, &air);
         self.acting = u;
         // Behind the command, as on the chip: what is learned counts from the next tick on.
+        if self.hold.cycles() {
+            learning::unlearn_friction(&mut self.body, &tuning);
+        }
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);

@@ -15,15 +15,7 @@ pub fn draw(nominal: &Rig<f64>, seed: u64) -> (Rig<f64>, Effects<f64>) {
     let mut within = |part: f64| 1.0 + part * (2.0 * rng.random::<f64>() - 1.0);
     let mut rig = *nominal;
     rig.load.mass_kg *= within(0.3);
-    let friction = within(0.5);
-    for value in [
-        &mut rig.friction.coulomb_n,
-        &mut rig.friction.static_n,
-        &mut rig.friction.viscous_n_s_per_m,
-        &mut rig.friction.breakaway_m,
-    ] {
-        *value *= friction;
-    }
+    rig = with_friction(&rig, within(0.5));
     rig.valve.dead_zone_right_v *= within(0.2);
     rig.valve.dead_zone_left_v *= within(0.2);
     rig.supply.pressure_pa *= within(0.15);
@@ -39,6 +31,21 @@ pub fn draw(nominal: &Rig<f64>, seed: u64) -> (Rig<f64>, Effects<f64>) {
         }
     }
     (rig, effects)
+}
+
+/// The rig with so many times its friction.
+#[must_use]
+pub fn with_friction(rig: &Rig<f64>, factor: f64) -> Rig<f64> {
+    let mut other = *rig;
+    for value in [
+        &mut other.friction.coulomb_n,
+        &mut other.friction.static_n,
+        &mut other.friction.viscous_n_s_per_m,
+        &mut other.friction.breakaway_m,
+    ] {
+        *value *= factor;
+    }
+    other
 }
 
 /// What became of a sequence of moves.
@@ -150,14 +157,22 @@ pub fn stream(bench: &mut Bench, wave: Wave, seed: u64) -> (f64, f64) {
     (furthest / wave.amplitude(), rest.settled_s)
 }
 
-/// A bench for the nominal rig (`seed` of its noise) or for a draw of it.
+/// A bench for a rig (`seed` of its noise) or for a draw of it, under a law that takes it for the nominal one.
 ///
 /// # Panics
 /// The rig is not valid.
 #[must_use]
-pub fn bench(nominal: &Rig<f64>, tuning: Tuning, drawn: bool, noise: f64, seed: u64, lost: Lost) -> Bench {
+pub fn bench(
+    nominal: &Rig<f64>,
+    actual: &Rig<f64>,
+    tuning: Tuning,
+    drawn: bool,
+    noise: f64,
+    seed: u64,
+    lost: Lost,
+) -> Bench {
     let study = Effects::none().with(Effect::ValveLag, &[tuning.valve_lag_s]);
-    let (rig, effects) = if drawn { draw(nominal, seed) } else { (*nominal, study) };
+    let (rig, effects) = if drawn { draw(actual, seed) } else { (*actual, study) };
     let mut bench = Bench::new(&rig, &effects, Servo::new(nominal, tuning), noise, seed).expect("a valid rig");
     bench.lost = lost;
     bench

@@ -29,6 +29,8 @@ pub struct Tuning {
     pub coulomb: f64,
     /// Part of it that is compensated before any is learned.
     pub coulomb_start: f64,
+    /// Part of it that is unlearned each time that the piston passes a standing target.
+    pub unlearn: f64,
     /// Lag of the spool, and what of the hoses' delay is no whole tick, s.
     pub lag_s: f64,
     /// Time by which the stiffness's force is led, s.
@@ -114,7 +116,8 @@ impl Tuning {
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: 0.7,
+            coulomb_start: if stick_slip { 0.7 } else { 0.8 },
+            unlearn: 0.1,
             // What is no whole tick the lag takes up.
             lag_s: lag_s + delay_s - delay_ticks as f64 * tick_s,
             lead_s,
