@@ -4,7 +4,7 @@ use control::{ControllerState, QUANTITIES, Quantity};
 use firmware_core::{ControlLoop, Setup};
 use plant_model::{Effect, Effects, Rig};
 use plant_sim::servo::bench::{Bench, Driver, sine, step};
-use plant_sim::servo::trials::{Wave, stream};
+use plant_sim::servo::trials::{Wave, stream, with_friction};
 use plant_sim::servo::{Servo, Tuning};
 
 /// Cases, the time in which each must have settled after 45 mm, and the amplitude of its sine.
@@ -117,6 +117,21 @@ fn in_the_tick_a_streamed_sine_is_followed_within_1_2_percent_of_its_amplitude()
     for (name, rig, _, amplitude) in cases() {
         let (peak, rms) = sine(&mut bench(rig, Driver::Tick, 1), amplitude, 0.5);
         assert!(peak < 0.012 * amplitude && rms < 0.002 * amplitude, "{name}: peak {peak} m, rms {rms} m");
+    }
+}
+
+/// Compensated at 0.8 of the nominal friction, a piston with half of it passed a target 1 mm away to and fro for good.
+#[test]
+fn a_limit_cycle_from_too_much_friction_is_unlearned() {
+    for (name, mut rig) in [("a", Rig::paper_a()), ("b", Rig::paper_b()), ("c", Rig::paper_c())] {
+        (rig.valve.dead_zone_right_v, rig.valve.dead_zone_left_v) = (0.42, -0.42);
+        for seed in 0..4 {
+            let servo = Servo::new(&rig, Tuning::of(&rig, 1.7e-3, 1.0e-3));
+            let effects = Effects::none().with(Effect::ValveLag, &[1.7e-3]);
+            let bench = Bench::new(&with_friction(&rig, 0.5), &effects, servo, 1.0, seed).expect("a valid rig");
+            let seen = step(&mut bench.with_tick(Driver::Tick), 0.001, 2500);
+            assert!(seen.settled_s < 1.0 && seen.changes == 0, "{name}, seed {seed}: {seen:?}");
+        }
     }
 }
 

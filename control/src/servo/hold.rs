@@ -170,10 +170,11 @@ impl Hold {
         self.on
     }
 
-    /// Whether the piston has passed a standing target once more, after it had passed it already: an overshoot is no cycle.
+    /// Whether the piston has passed a standing target once more, after it had passed it already: an overshoot is no cycle. Said
+    /// once, also if no tick of the law follows.
     #[inline]
-    pub(crate) fn cycles(&self) -> bool {
-        self.cycle.passed && self.cycle.passes > 1
+    pub(crate) fn take_pass(&mut self) -> bool {
+        core::mem::take(&mut self.cycle.passed) && self.cycle.passes > 1
     }
 
     /// A change of the mean force that counts: the limit, or more where the noise of the force alone could pass it.

@@ -242,7 +242,7 @@ impl Tuning {
     /// wait for.
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
-        if state.hold.cycles() {
+        if state.hold.take_pass() {
             learning::unlearn_friction(&mut state.body, &self.learning);
         }
         let Some(Shown { force, opening, air }) = state.shown.take() else { return };

@@ -214,6 +214,35 @@ fn a_piston_at_its_coulomb_friction_is_not_held() {
 }
 
 #[test]
+fn friction_is_unlearned_each_time_that_the_target_is_passed_again_and_never_twice_for_one_pass() {
+    let tuning = tuning();
+    let mut state = ServoState::default();
+    state.body.coulomb = tuning.learning.coulomb;
+    let mut pass = |side: f64, resting: bool| {
+        let now = Means { error: metres(side * 3e-4), v: Velocity::from_num(0.01), force: Acceleration::ZERO };
+        for _ in 0..30 {
+            let forces = (Acceleration::ZERO, state.body.coulomb);
+            state.hold.decide(Position::ZERO, resting, now, forces, (&tuning.hold, Caution(1 << 24)));
+            tuning.learn(&mut state);
+            // A loop that has left its run goes on concluding its ticks.
+            tuning.learn(&mut state);
+        }
+        value(state.body.coulomb) / value(tuning.learning.coulomb)
+    };
+    assert_eq!(pass(1.0, true), 1.0);
+    assert_eq!(pass(-1.0, true), 1.0, "an overshoot is no limit cycle");
+    assert!((pass(1.0, true) - 0.9).abs() < 1e-3);
+    assert!((pass(-1.0, true) - 0.81).abs() < 1e-3);
+    let still = pass(-1.0, false);
+    assert!((still - 0.81).abs() < 1e-3 && pass(1.0, true) == still, "a target that moves is passed for other reasons");
+    for _ in 0..30 {
+        pass(-1.0, true);
+        pass(1.0, true);
+    }
+    assert!((pass(-1.0, true) - 0.3).abs() < 1e-3, "the least that can be learned");
+}
+
+#[test]
 fn where_a_target_turns_round_the_force_has_set_out_by_half_its_way_at_full_flow() {
     let tuning = tuning();
     let (gains, coulomb) = (&tuning.friction, tuning.learning.coulomb);

@@ -93,7 +93,7 @@ impl Hold {
 
     /// Whether the piston has passed a standing target once more, after it had passed it already: an overshoot is no cycle.
     #[must_use]
-    pub fn cycles(&self) -> bool {
+    pub fn passed_again(&self) -> bool {
         self.cycle.passed && self.cycle.passes > 1
     }
 

@@ -152,7 +152,7 @@ impl Servo {
         let u = self.command(target, &air);
         self.acting = u;
         // Behind the command, as on the chip: what is learned counts from the next tick on.
-        if self.hold.cycles() {
+        if self.hold.passed_again() {
             learning::unlearn_friction(&mut self.body, &tuning);
         }
         if seen.is_some() {
