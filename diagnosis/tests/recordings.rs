@@ -127,8 +127,8 @@ fn rigs_as_bought_are_diagnosed_like_those_of_the_paper() {
     assert!(silent.len() * 10 <= count, "{silent:#?}");
 }
 
-/// A rig with all that data sheets leave out, described by its data sheets: what is named must be there. Of the gap at 0.2 s,
-/// over all rigs, at least 80 % must be closed; `docs/diagnosis.md` has what was measured.
+/// A rig with all that data sheets leave out, described by its data sheets: what is named must be there. Of the gap at 0.2 s
+/// at least 80 % must be closed; `docs/diagnosis.md` has what was measured. One, as it takes a minute or two.
 #[test]
 fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
     if !runs_long("a rig with everything") {
@@ -136,27 +136,22 @@ fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
     }
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsbc-32-200.toml");
     let sheet = RigFile::read(&file).expect("a shipped rig");
-    let mut sums = [0.0; 2];
-    // A minute or two each.
-    for seed in SEED..SEED + 1 {
-        let case = furnished(&sheet, 40.0, seed);
-        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
-        // A slight incline is a constant force, a null offset a dead zone elsewhere.
-        let mut hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
-        hidden.extend([Effect::ConstantForce.id(), Effect::ValveDeadZone.id()]);
-        let there = |cause: &&diagnosis::Cause| {
-            hidden.contains(&cause.id.as_str()) || cause.ties.iter().any(|tie| hidden.contains(&tie.as_str()))
-        };
-        let wrong: Vec<_> = found.causes.iter().filter(|cause| !there(cause)).collect();
-        assert!(wrong.is_empty(), "seed {seed}: {wrong:#?}");
-        let held = found.gain.expect("held back").holdout;
-        let [before, after, floor] =
-            [held.baseline_rmse, held.extended_rmse, held.noise_floor].map(|e| e.y_m.expect("a position"));
-        let (gain, gap) = (before - after, before - floor);
-        println!("seed {seed}: {:?}, {:.0} % of {:.2} mm closed", found.verdict, 100.0 * gain / gap, 1.0e3 * before);
-        sums = [sums[0] + gain, sums[1] + gap];
-    }
-    assert!(sums[0] > 0.8 * sums[1], "{:.2} of {:.5} m closed", sums[0] / sums[1], sums[1]);
+    let case = furnished(&sheet, 40.0, SEED);
+    let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+    // A slight incline is a constant force, a null offset a dead zone elsewhere.
+    let mut hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
+    hidden.extend([Effect::ConstantForce.id(), Effect::ValveDeadZone.id()]);
+    let there = |cause: &&diagnosis::Cause| {
+        hidden.contains(&cause.id.as_str()) || cause.ties.iter().any(|tie| hidden.contains(&tie.as_str()))
+    };
+    let wrong: Vec<_> = found.causes.iter().filter(|cause| !there(cause)).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    let held = found.gain.expect("held back").holdout;
+    let [before, after, floor] =
+        [held.baseline_rmse, held.extended_rmse, held.noise_floor].map(|e| e.y_m.expect("a position"));
+    let (gain, gap) = (before - after, before - floor);
+    println!("{:?}, {:.0} % of {:.2} mm closed", found.verdict, 100.0 * gain / gap, 1.0e3 * before);
+    assert!(gain > 0.8 * gap, "{:.2} of {gap:.5} m closed", gain / gap);
 }
 
 /// A log without a hidden effect, with its rig.

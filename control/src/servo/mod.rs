@@ -238,8 +238,8 @@ impl Tuning {
         command
     }
 
-    /// Learns what the tick has shown; it counts from the next one on. A quarter of the law's time, which the valve code does not
-    /// wait for.
+    /// Learns what the tick has shown; it counts from the next one on. An eighth of the law's instructions, which the valve
+    /// code does not wait for.
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
         if state.hold.take_pass() {
