@@ -4,6 +4,7 @@
 const FAILED: f64 = 1.0e6;
 
 /// An error that counts, in standard deviations.
+#[inline]
 pub(crate) fn judged(error: f64) -> f64 {
     if error.is_finite() { error.clamp(-FAILED, FAILED) } else { FAILED }
 }

@@ -22,7 +22,8 @@ impl Problem<'_> {
     }
 
     /// [`Problem::refit`], followed by a coordinate search over the parameters with a non-smooth cost and a refit from there. The
-    /// search is left out if taking away all that noise does not explain would not bring the cost below `goal`.
+    /// search is left out if taking away all that noise does not explain would not bring the cost below `goal`, and a fit ends
+    /// early where the steps left cannot bring it there.
     pub(crate) fn fit_and_search(
         &self,
         hypothesis: Hypothesis,
@@ -30,13 +31,14 @@ impl Problem<'_> {
         iterations: usize,
         goal: f64,
     ) -> Option<Fit> {
-        let fit = self.refit(hypothesis, changed, iterations)?;
+        let refit = |from: Hypothesis| self.levenberg_marquardt(from, (changed, iterations), None, goal);
+        let fit = refit(hypothesis)?;
         let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
         if fit.cost(self) - left > goal {
             return Some(fit);
         }
         match self.coordinate_search(&fit, changed) {
-            Some(better) => self.refit(better, changed, iterations),
+            Some(better) => refit(better),
             None => Some(fit),
         }
     }
@@ -45,7 +47,7 @@ impl Problem<'_> {
     /// are the parameters of these channels and of those that shared parameters connect with them; all others keep
     /// their values.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
-        self.levenberg_marquardt(hypothesis, changed, iterations, None)
+        self.levenberg_marquardt(hypothesis, (changed, iterations), None, f64::INFINITY)
     }
 
     /// The first steps of a fit close to another one, whose derivatives are used for the parameters that both have.
@@ -56,15 +58,15 @@ impl Problem<'_> {
         iterations: usize,
         slopes: &Jacobian,
     ) -> Option<Fit> {
-        self.levenberg_marquardt(hypothesis, changed, iterations, Some(slopes))
+        self.levenberg_marquardt(hypothesis, (changed, iterations), Some(slopes), f64::INFINITY)
     }
 
     fn levenberg_marquardt(
         &self,
         mut hypothesis: Hypothesis,
-        changed: Channels,
-        iterations: usize,
+        (changed, iterations): (Channels, usize),
         slopes: Option<&Jacobian>,
+        goal: f64,
     ) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
         let mut residuals = self.evaluate(&hypothesis, &values, self.judgeable)?;
@@ -76,7 +78,8 @@ impl Problem<'_> {
         let known: Vec<Option<&Residuals>> =
             hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
-        'iterations: for _ in 0..iterations {
+        let mut gained_before = f64::INFINITY;
+        'iterations: for left in (0..iterations).rev() {
             if hypothesis.parameters.is_empty() {
                 break;
             }
@@ -112,9 +115,11 @@ impl Problem<'_> {
                     let gained = cost - new_cost;
                     (values, residuals, cost) = (trial, new_residuals, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    if gained < constants::converged() + 1.0e-6 * cost {
+                    let converged = gained < constants::converged() + 1.0e-6 * cost;
+                    if converged || out_of_reach(cost - goal, [gained_before, gained], left) {
                         break 'iterations;
                     }
+                    gained_before = gained;
                     continue 'iterations;
                 }
                 damping = (damping * 60.0).max(1.0e-6);
@@ -125,6 +130,12 @@ impl Problem<'_> {
         hypothesis.put_in_order();
         Some(self.finish(hypothesis, &residuals))
     }
+}
+
+/// Whether the steps left cannot lower the cost by `missing`: steps of a fit gain less and less, so each is taken to gain at most
+/// what the better of the last two did.
+fn out_of_reach(missing: f64, last_gains: [f64; 2], left: usize) -> bool {
+    last_gains[0].max(last_gains[1]) * (left as f64) < missing
 }
 
 /// The channels connected with the changed ones through parameters that act on several channels.
@@ -272,6 +283,19 @@ mod tests {
             [([1.0, -1.0, -1.0], vec![0, 2]), ([-1.0, 1.0, 1.0], vec![1]), ([-1.0, -1.0, 1.0], vec![])]
         {
             assert_eq!(held_at_bounds(&parameters, &values, &DVector::from_row_slice(&gradient)), held, "{gradient:?}");
+        }
+    }
+
+    #[test]
+    fn a_fit_goes_on_while_its_steps_may_reach_the_goal() {
+        for (missing, last_gains, left, out) in [
+            (f64::NEG_INFINITY, [0.0, 0.0], 5, false),
+            (100.0, [f64::INFINITY, 1.0], 19, false),
+            (100.0, [30.0, 10.0], 4, false),
+            (100.0, [10.0, 30.0], 3, true),
+            (-1.0, [10.0, 30.0], 0, false),
+        ] {
+            assert_eq!(out_of_reach(missing, last_gains, left), out, "{missing} {last_gains:?} {left}");
         }
     }
 

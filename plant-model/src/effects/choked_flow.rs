@@ -106,6 +106,7 @@ fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
 }
 
 impl<R: Real> Iso6358<R> {
+    #[inline]
     pub(crate) fn inflow(
         &self,
         hose: Option<&Hose<R>>,
