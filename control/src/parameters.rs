@@ -97,7 +97,7 @@ parameter_table! {
     /// Positioning law: highest acceleration of the reference.
     servo_acceleration_m_per_s2: f32 = 9.327265, "m/s2", 1.0e-2 => 5_000.0;
     /// Positioning law: highest jerk of the reference.
-    servo_jerk_m_per_s3: f32 = 80.5558, "m/s3", 0.1 => 2.0e6;
+    servo_jerk_m_per_s3: f32 = 94.77153, "m/s3", 0.1 => 2.0e6;
     /// Positioning law: bandwidth of the law.
     servo_bandwidth_rad_per_s: f32 = 68.10603, "rad/s", 1.0 => 1_000.0;
     /// Positioning law: bandwidth of the observer.

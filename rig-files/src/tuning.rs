@@ -31,7 +31,7 @@ pub fn stick_slip(rig: &Rig<f64>) -> bool {
 
 /// Parts that the reference uses of the speed `v` that the flow holds up, of `v w_n` and of `v w_n²`, `w_n` being the piston's natural
 /// frequency on its air. What they decide: docs/control-law.md.
-pub const LIMIT_PARTS: [f64; 3] = [0.85, 0.58, 0.51];
+pub const LIMIT_PARTS: [f64; 3] = [0.85, 0.58, 0.60];
 /// The law's bandwidth times what delays its loop: tick, spool, hoses.
 const BANDWIDTH_TIMES_DELAY: f64 = 0.32;
 /// Error of position for which the law asks for all the jerk that the air gives, m.

@@ -75,6 +75,9 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     state.motion = state.motion.arrived(&followed.motion, &tuning.limits);
     let reference = state.motion;
+    if reference.from(&Motion::at(target)).saturating_abs() < tuning.arrived {
+        state.stream.arrive();
+    }
     // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns. One
     // that leaves the limits free does not.
     let part = state.valve.part_of_limits();

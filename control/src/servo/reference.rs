@@ -59,6 +59,8 @@ pub(crate) struct Aim {
     pub(crate) jerk: Jerk,
     /// Part of the limits that its motion takes up, peaks of the last second included.
     pub(crate) used: Part,
+    /// Whether it stands where the reference has not yet arrived.
+    pub(crate) new: bool,
 }
 
 /// A point as the plan sees it: from the aim, in units of the limits, 26 fractional bits.
@@ -68,6 +70,14 @@ struct Seen {
     v: i32,
     a: i32,
 }
+
+/// Part of the jerk limit that the plan has but on the way to a new standing target: where the target moves, and once the reference has
+/// arrived. With all of it a reference that a weak valve's excess pushes off its aim goes on around it.
+pub(crate) const CALM_JERK: f64 = 0.85;
+/// The same with 26 fractional bits.
+const CALM: i32 = I6F26::lit("0.85").to_bits();
+/// Jerk that brings the motion back to its plan towards a standing target, over the plan's own.
+const RESERVE: i32 = I6F26::lit("1.2").to_bits();
 
 /// A product with 26 fractional bits.
 #[inline]
@@ -155,14 +165,17 @@ impl Motion {
         let within = |x: i64, most: i32| limit(x, -i64::from(most), i64::from(most)) as i32;
         let (speed, tick) = (limits.speed.to_bits(), limits.tick.to_bits());
         let part = part.to_bits();
-        let left = |used: I6F26| times(part, ONE - used.to_bits().saturating_abs().min(ONE)).max(LEAST_LEFT);
-        let jerk = left(limits.aim_jerk.of(aim.jerk));
-        let most = left(limits.acceleration.of(aim.motion.a));
+        let left =
+            |whole: i32, used: I6F26| times(part, whole - used.to_bits().saturating_abs().min(whole)).max(whole / 2);
+        let still = aim.motion.v == 0 && aim.used == 0;
+        let jerk = left(if aim.new { ONE } else { CALM }, limits.aim_jerk.of(aim.jerk));
+        let most = left(ONE, limits.acceleration.of(aim.motion.a));
         let used = limits.velocity.of(aim.motion.v).to_bits().saturating_abs();
         let frame = Frame {
             speed: times(part, speed - used.min(speed)).max(speed / 10),
             most,
             jerk,
+            back: if still { times(jerk, RESERVE) } else { jerk },
             per_most: inverse(most),
             per_jerk: inverse(jerk),
             tick,
@@ -177,9 +190,6 @@ impl Motion {
     }
 }
 
-/// The least that is left of a limit by a moving aim and a valve that gives less flow than nominal.
-const LEAST_LEFT: i32 = ONE / 2;
-
 /// `1 / x` of a part of one.
 #[inline]
 fn inverse(x: i32) -> i32 {
@@ -189,12 +199,14 @@ fn inverse(x: i32) -> i32 {
 /// The limits as seen from the aim, in the units of the limits, 26 fractional bits.
 struct Frame {
     speed: i32,
-    /// Of the acceleration, from [`LEAST_LEFT`] to one, and its reciprocal.
+    /// Of the acceleration, from a half to one, and its reciprocal: half of a limit is left by any moving aim and any valve.
     most: i32,
     per_most: i32,
-    /// Of the jerk, likewise.
+    /// Of the jerk, likewise; from half of [`CALM`] on.
     jerk: i32,
     per_jerk: i32,
+    /// Of the jerk while braking. More than the plan has: late by a little, the motion would otherwise pass its target.
+    back: i32,
     tick: i32,
     /// Square of the acceleration's.
     most_square: i32,
@@ -212,7 +224,7 @@ impl Seen {
     #[inline]
     fn stopping_point(&self, frame: &Frame) -> i64 {
         let &Frame { most, per_most, jerk, per_jerk, .. } = frame;
-        // |a| <= 2 and |v| <= 5, the reciprocals at most 2: all below 32 but the sum of ways, which has 64 bits.
+        // |a| <= 2 and |v| <= 5, the reciprocals at most 2.4: all below 32 but the sum of ways, which has 64 bits.
         let half_square = times(times(self.a, self.a) >> 1, per_jerk);
         // The speed left once the acceleration has gone to zero tells which way to brake.
         let left = self.v + if self.a < 0 { -half_square } else { half_square };
@@ -235,7 +247,7 @@ impl Seen {
     /// The change of acceleration in the next tick whose stopping point is the aim.
     #[inline]
     fn change(&self, frame: &Frame) -> i32 {
-        let &Frame { speed, most, jerk, per_jerk, tick, .. } = frame;
+        let &Frame { speed, most, jerk, per_jerk, back, tick, .. } = frame;
         let half_tick = tick >> 1;
         let step = times(tick, jerk);
         let so_far = self.v + times(half_tick, self.a);
@@ -251,17 +263,21 @@ impl Seen {
             let most = if distance <= times(tick, step) {
                 quotient(distance, tick.unsigned_abs(), 26)
             } else {
-                // Below 2 · 9 · 2 of 64.
+                // Below 2 · 9 · 2.4 of 64.
                 let twice = times(distance, per_jerk).unsigned_abs() << 1;
                 times((root_q26(twice + times(half_tick, half_tick).unsigned_abs()) as i32) - half_tick, jerk)
             };
             if room < 0 { -most } else { most }
         };
-        let low = -below((step - self.a).min(most), speed + so_far);
-        let high = below((self.a + step).min(most), speed - so_far);
+        let returning = times(tick, back);
+        let side = self.v.signum();
+        let up = if side < 0 || (side > 0 && self.a < 0) { returning } else { step };
+        let down = if side > 0 || (side < 0 && self.a > 0) { returning } else { step };
+        let low = -below((down - self.a).min(most), speed + so_far);
+        let high = below((self.a + up).min(most), speed - so_far);
         // Beyond a limit (it was pushed there), go back with full jerk.
-        let mut low = low.min(self.a + step);
-        let mut high = high.max(self.a - step).max(low);
+        let mut low = low.min(self.a + up);
+        let mut high = high.max(self.a - down).max(low);
         let beyond = |a: i32| saturate(self.after(a, half_tick).stopping_point(frame));
         let mut at_high = beyond(high);
         if at_high <= 0 {

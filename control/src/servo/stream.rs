@@ -48,12 +48,19 @@ pub struct Stream {
     used: Part,
     last: Position,
     last_change: Position,
+    arrived: bool,
 }
 
 impl Stream {
     /// A target that stands.
     pub(crate) fn at(target: Position) -> Self {
         Self { motion: Motion::at(target), last: target, ..Self::default() }
+    }
+
+    /// The reference has arrived.
+    #[inline]
+    pub(crate) fn arrive(&mut self) {
+        self.arrived = true;
     }
 
     /// Takes this tick's target and predicts it for the next. A change of the target's velocity beyond the limit is a step.
@@ -63,6 +70,7 @@ impl Stream {
         let smooth = change.saturating_sub(self.last_change).saturating_abs() <= gains.smooth;
         let off = target.saturating_sub(self.motion.position());
         let moving = |used| (Motion { v: gains.per_tick.of(change), ..Motion::at(target) }, Jerk::ZERO, used);
+        self.arrived &= smooth;
         if !smooth || (change == 0 && self.last_change == 0) {
             (self.motion, self.jerk, self.used) = (Motion::at(target), Jerk::ZERO, Part::ZERO);
         } else if self.motion.v == 0 {
@@ -89,11 +97,13 @@ impl Stream {
             per_v.of(v.saturating_abs()).max(per_a.of(a.saturating_abs())).max(per_jerk.of(self.jerk.saturating_abs()));
         // The peaks count: acceleration and jerk of a sine come in turn.
         self.used = used.max(self.used.saturating_sub(gains.forget.of(self.used)));
+        self.arrived |= self.used > 0;
         let followed = limit(gains.followed.of(gains.lost.saturating_sub(self.used)), Part::ZERO, Part::ONE);
         Aim {
             motion: Motion { v: part_of(v, followed), a: part_of(a, followed), ..self.motion },
             jerk: part_of(self.jerk, followed),
             used: self.used,
+            new: !self.arrived,
         }
     }
 }

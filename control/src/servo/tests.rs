@@ -98,14 +98,14 @@ fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
     let tuning = tuning();
     for target in [1e-4, 1e-3, 0.045, 0.3, -0.4] {
         let mut motion = Motion::default();
-        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
         for _ in 0..3000 {
             motion = motion.arrived(&aim.motion, &tuning.limits);
             let jerk =
                 if motion == aim.motion { Jerk::ZERO } else { motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE) };
             motion = motion.after(jerk, &tuning.tick);
             let y = value(motion.position());
-            assert!(value(jerk).abs() < 80.56 * 1.001, "{jerk}");
+            assert!(value(jerk).abs() < 1.2 * 94.78 * 1.001, "{jerk}");
             assert!(value(motion.a).abs() < 9.328 * 1.001 && value(motion.v).abs() < 1.3917 * 1.002, "{motion:?}");
             assert!(y * target.signum() <= target.abs() + 2e-6, "{y} beyond {target}");
         }
@@ -119,7 +119,7 @@ fn a_target_changed_in_mid_move_is_reached_too() {
     let mut motion = Motion::default();
     for tick in 0..3000 {
         let target = if tick < 150 { 0.3 } else { -0.02 };
-        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
         motion = motion.arrived(&aim.motion, &tuning.limits);
         motion = motion.after(motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE), &tuning.tick);
     }
@@ -132,7 +132,10 @@ fn a_step_has_no_velocity_and_a_sine_has_its_own() {
     let mut stream = Stream::at(Position::ZERO);
     for _ in 0..5 {
         let aim = stream.take(metres(0.045), &tuning.stream, &tuning.tick);
-        assert_eq!(aim, reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO });
+        assert_eq!(
+            aim,
+            reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true }
+        );
     }
     let mut stream = Stream::at(Position::ZERO);
     let w = core::f64::consts::PI;
@@ -388,7 +391,7 @@ fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other(
 fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
     for tick_hz in [1000, 3000, 10_000, 20_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
         let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
         for _ in 0..tick_hz {
             motion = motion.arrived(&aim.motion, &tuning.limits);
@@ -408,7 +411,7 @@ fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
 fn along_the_speed_limit_the_jerk_does_not_alternate() {
     for tick_hz in [1000, 3000, 10_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO, used: I6F26::ZERO };
+        let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
         let (mut motion, mut sides, mut last, mut fastest) = (Motion::default(), 0, Jerk::ZERO, 0.0_f64);
         while motion != aim.motion {
             let jerk = motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE);

@@ -13,7 +13,7 @@ use super::learned::{Learned, Quantities, Quantity};
 use super::learning::{GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
 use super::observer::{Body, ObserverGains};
 use super::opening::{OPENING_KNOTS, OPENING_STEP_V, Opening};
-use super::reference::Limits;
+use super::reference::{CALM_JERK, Limits};
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
 use super::{Acceleration, Damping, Micrometres, Ratio, Tick, Ticks};
@@ -104,6 +104,9 @@ const BRAKING: f64 = 0.25;
 /// Reference: distance from the piston up to which it may brake as planned, m: the error that the bandwidth is made for. Without a
 /// bound a sensor that reads garbage leads the piston 0.8 m astray, as nothing brings the reference back to it.
 const ERROR_M: f64 = 0.5e-3;
+/// Reference: distance from its target at which it has arrived, m: that within which a move counts as settled. With 0.5 mm it is the
+/// same.
+const ARRIVED_M: f64 = 0.1e-3;
 /// Reference: it stands below this speed, m/s.
 const STANDING: f64 = 1e-3;
 /// Reference: distance from which it is put on its aim, beyond one tick's jerk, m.
@@ -139,6 +142,8 @@ pub struct Tuning {
     pub(super) standing: Velocity,
     /// Distance of the reference from the piston up to which it may brake as planned.
     pub(super) near: Position,
+    /// Distance of the reference from its target at which it has arrived.
+    pub(super) arrived: Position,
     /// Deceleration of the reference from which it counts as braking.
     pub(super) braking: Acceleration,
     /// Nominal lag.
@@ -294,7 +299,11 @@ impl Tuning {
                 a: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH * t),
                 jerk: Factor::new(STREAM_BANDWIDTH * STREAM_BANDWIDTH * STREAM_BANDWIDTH),
                 jerk_follow: Share::new((JERK_BANDWIDTH * t).min(1.0)),
-                used: (Factor::new(FOLLOWED / speed), Factor::new(1.0 / acceleration), Factor::new(1.0 / jerk)),
+                used: (
+                    Factor::new(FOLLOWED / speed),
+                    Factor::new(1.0 / acceleration),
+                    Factor::new(1.0 / (CALM_JERK * jerk)),
+                ),
                 forget: Share::new(t / PEAK_HELD_S),
                 lost: exactly(LOST),
                 followed_part: exactly(FOLLOWED),
@@ -347,6 +356,7 @@ impl Tuning {
             friction: FrictionGains::new(hz, bristle, delay_ticks),
             standing: exactly(STANDING),
             near: exactly(ERROR_M),
+            arrived: exactly(ARRIVED_M),
             braking: exactly(BRAKING * acceleration),
             lag: exactly(lag * hz),
             start: Learned::of(

@@ -1,7 +1,7 @@
 //! What the tuned law can do and how far it is from its limits: margins of the loop, time of a move, and what would have to
 //! change where a demand is not met.
 
-use super::reference::Motion;
+use super::reference::{Motion, RESERVE};
 use super::tuning::Tuning;
 use plant_model::{RIG_KEYS, Rig};
 
@@ -85,7 +85,8 @@ pub fn move_time_s(tuning: &Tuning, distance: f64) -> f64 {
     let mut motion = Motion::default();
     let mut ticks = 0;
     while (motion.y - distance).abs() > 1e-4 && ticks < 1_000_000 {
-        motion = motion.after(motion.jerk_towards(distance, &tuning.limits, t), t).arrived(&aim, &tuning.limits, t);
+        motion =
+            motion.after(motion.jerk_towards(distance, &tuning.limits, RESERVE, t), t).arrived(&aim, &tuning.limits, t);
         ticks += 1;
     }
     f64::from(ticks) * t + (1.0 + LATE * (KEEPS_UP - tuning.keeps_up).max(0.0)) / tuning.law_w

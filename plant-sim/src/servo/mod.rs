@@ -29,7 +29,7 @@ use inversion::ValveModel;
 use learning::Lag;
 use observer::{Body, Estimate};
 use plant_model::Rig;
-use reference::{Limits, Motion};
+use reference::{CALM_JERK, Limits, Motion, RESERVE};
 use rig_files::tuning::Pneumatics;
 use std::collections::VecDeque;
 use stick::Stick;
@@ -185,7 +185,7 @@ impl Servo {
         let (t, w) = (tuning.tick_s, tuning.law_w);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
-        let Aim { motion: aim, jerk: aim_jerk, used } = self.stream.take(target, &tuning.limits, t);
+        let Aim { motion: aim, jerk: aim_jerk, used, new } = self.stream.take(target, &tuning.limits, t);
         let followed = aim.v != 0.0 && used <= FOLLOWED_PART;
         let friction = tuning.bristle_stiffness * estimate.bristle;
         if !followed {
@@ -221,18 +221,22 @@ impl Servo {
         }
         self.motion = self.motion.arrived(&aim, &tuning.limits, t);
         let r = self.motion;
+        if (r.y - target).abs() < tuning.arrived_m {
+            self.stream.arrive();
+        }
         // Planned as seen from the moving target.
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
         // A target that moves sets the pace itself, but for one that leaves the limits free.
         let part = self.valve.part_of_limits();
         let part = if aim.v == 0.0 || used <= part * FOLLOWED_PART { part } else { 1.0 };
         let rest = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
+        let still = aim.v == 0.0 && used == 0.0;
         let left = Limits {
             speed: rest(tuning.limits.speed, aim.v, 0.1),
             acceleration: rest(tuning.limits.acceleration, aim.a, 0.5),
-            jerk: rest(tuning.limits.jerk, aim_jerk, 0.5),
+            jerk: rest(if new { 1.0 } else { CALM_JERK } * tuning.limits.jerk, aim_jerk, 0.5),
         };
-        let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, t);
+        let jerk_r = aim_jerk + seen.jerk_towards(0.0, &left, if still { RESERVE } else { 1.0 }, t);
         let jerk =
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
         let rate = self.body.mass * jerk + air.stiffness * (estimate.v + tuning.lead_s * r.a);

@@ -4,6 +4,12 @@
 //! jerk whose stopping point is the target. So a new target in mid-move, or a motion that was taken back because the
 //! valve could not follow, needs no case of its own.
 
+/// Part of the jerk limit that the plan has but on the way to a new standing target: where the target moves, and once the reference has
+/// arrived. With all of it a reference that a weak valve's excess pushes off its aim goes on around it.
+pub const CALM_JERK: f64 = 0.85;
+/// Jerk that brings the motion back to its plan towards a standing target, over the plan's own.
+pub const RESERVE: f64 = 1.2;
+
 /// Limits of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -67,9 +73,10 @@ impl Motion {
         self.y + side * way
     }
 
-    /// The jerk of the next tick of `t` seconds on the way to `target`.
+    /// The jerk of the next tick of `t` seconds on the way to `target`. Braking has `reserve` times the jerk that the plan has: late
+    /// by a little, the motion would otherwise pass its target.
     #[must_use]
-    pub fn jerk_towards(&self, target: f64, limits: &Limits, t: f64) -> f64 {
+    pub fn jerk_towards(&self, target: f64, limits: &Limits, reserve: f64, t: f64) -> f64 {
         // The acceleration after the tick from which the speed limit is just reached, either way.
         // Going back to zero takes a tick at least: without that the acceleration changed its side each tick along the limit.
         let to_speed = |speed: f64| {
@@ -81,11 +88,14 @@ impl Motion {
             };
             most.copysign(room)
         };
-        let low = (self.a - limits.jerk * t).max(to_speed(-limits.speed).max(-limits.acceleration));
-        let high = (self.a + limits.jerk * t).min(to_speed(limits.speed).min(limits.acceleration));
+        let braking = |against: bool| if against { reserve * limits.jerk } else { limits.jerk };
+        let up = braking(self.v < 0.0 || (self.v > 0.0 && self.a < 0.0));
+        let down = braking(self.v > 0.0 || (self.v < 0.0 && self.a > 0.0));
+        let low = (self.a - down * t).max(to_speed(-limits.speed).max(-limits.acceleration));
+        let high = (self.a + up * t).min(to_speed(limits.speed).min(limits.acceleration));
         // Beyond a limit (it was pushed there), go back with full jerk.
-        let low = low.min(self.a + limits.jerk * t);
-        let high = high.max(self.a - limits.jerk * t).max(low);
+        let low = low.min(self.a + up * t);
+        let high = high.max(self.a - down * t).max(low);
         let beyond = |a: f64| self.after((a - self.a) / t, t).stopping_point(limits) - target;
         let (mut low, mut high) = (low, high);
         let (mut at_low, mut at_high) = (beyond(low), beyond(high));
@@ -129,8 +139,8 @@ mod tests {
         for target in [1e-5, 1e-3, 0.045, 0.3, -0.4] {
             let mut motion = Motion::default();
             for _ in 0..3000 {
-                let jerk = motion.jerk_towards(target, &LIMITS, 1e-3);
-                assert!(jerk.abs() <= LIMITS.jerk * 1.000_001);
+                let jerk = motion.jerk_towards(target, &LIMITS, RESERVE, 1e-3);
+                assert!(jerk.abs() <= RESERVE * LIMITS.jerk * 1.000_001);
                 motion = motion.after(jerk, 1e-3);
                 assert!(motion.v.abs() <= LIMITS.speed * 1.001, "{motion:?}");
                 assert!(motion.a.abs() <= LIMITS.acceleration * 1.000_001, "{motion:?}");
@@ -146,7 +156,7 @@ mod tests {
         let mut motion = Motion::default();
         for tick in 0..3000 {
             let target = if tick < 150 { 0.3 } else { -0.02 };
-            motion = motion.after(motion.jerk_towards(target, &LIMITS, 1e-3), 1e-3);
+            motion = motion.after(motion.jerk_towards(target, &LIMITS, RESERVE, 1e-3), 1e-3);
         }
         assert!((motion.y + 0.02).abs() < 1e-6, "{motion:?}");
     }

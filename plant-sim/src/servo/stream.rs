@@ -1,6 +1,6 @@
 //! The target as a motion: a streamed target gets a velocity and an acceleration, a step gets none.
 
-use super::reference::{Limits, Motion};
+use super::reference::{CALM_JERK, Limits, Motion};
 
 /// Follows a target that arrives as positions only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -10,6 +10,7 @@ pub struct Stream {
     used: f64,
     last: f64,
     last_change: f64,
+    arrived: bool,
 }
 
 /// The target as the reference follows it.
@@ -21,6 +22,8 @@ pub struct Aim {
     pub jerk: f64,
     /// Part of the limits that its motion takes up, peaks of the last second included.
     pub used: f64,
+    /// Whether it stands where the reference has not yet arrived.
+    pub new: bool,
 }
 
 /// Bandwidth with which the derivatives follow, rad/s.
@@ -41,6 +44,11 @@ impl Stream {
         Self { motion: Motion { y: target, ..Motion::default() }, last: target, ..Self::default() }
     }
 
+    /// The reference has arrived.
+    pub fn arrive(&mut self) {
+        self.arrived = true;
+    }
+
     /// Takes this tick's target and predicts it for the next. A change of the target's velocity by more than four times
     /// what the acceleration limit allows is a step.
     pub fn take(&mut self, target: f64, limits: &Limits, t: f64) -> Aim {
@@ -48,6 +56,7 @@ impl Stream {
         let allowed = 4.0 * limits.acceleration * t * t;
         let smooth = (change - self.last_change).abs() <= allowed;
         let off = target - self.motion.y;
+        self.arrived &= smooth;
         if !smooth || change == 0.0 && self.last_change == 0.0 {
             (self.motion, self.jerk, self.used) = (Motion { y: target, ..Motion::default() }, 0.0, 0.0);
         } else if self.motion.v == 0.0 {
@@ -70,11 +79,17 @@ impl Stream {
         let Motion { y, v, a } = self.motion;
         let used = (FOLLOWED_PART * v.abs() / limits.speed)
             .max(a.abs() / limits.acceleration)
-            .max(self.jerk.abs() / limits.jerk);
+            .max(self.jerk.abs() / (CALM_JERK * limits.jerk));
         // The peaks count: acceleration and jerk of a sine come in turn.
         self.used = used.max(self.used - t / PEAK_HELD_S * self.used);
+        self.arrived |= self.used > 0.0;
         let followed = ((LOST_PART - self.used) / (LOST_PART - FOLLOWED_PART)).clamp(0.0, 1.0);
-        Aim { motion: Motion { y, v: followed * v, a: followed * a }, jerk: followed * self.jerk, used: self.used }
+        Aim {
+            motion: Motion { y, v: followed * v, a: followed * a },
+            jerk: followed * self.jerk,
+            used: self.used,
+            new: !self.arrived,
+        }
     }
 }
 

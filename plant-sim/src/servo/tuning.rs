@@ -87,6 +87,8 @@ pub struct Tuning {
     pub braking: f64,
     /// Distance of the reference from the piston up to which it may brake as planned, m.
     pub near_m: f64,
+    /// Distance of the reference from its target at which it has arrived, m.
+    pub arrived_m: f64,
     /// Hold: the same in the long mean of the error.
     pub slow_weight: f64,
 }
@@ -151,6 +153,7 @@ impl Tuning {
             hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
             braking: 0.25 * acceleration,
             near_m: 0.5e-3,
+            arrived_m: 0.1e-3,
             slow_weight: tick_s / 64e-3,
         }
     }
