@@ -75,7 +75,7 @@ struct Seen {
 /// arrived. With all of it a reference that a weak valve's excess pushes off its aim goes on around it.
 pub(crate) const CALM_JERK: f64 = 0.85;
 /// The same with 26 fractional bits.
-const CALM: i32 = I6F26::lit("0.85").to_bits();
+const CALM: i32 = (CALM_JERK * ONE as f64) as i32;
 /// Jerk that brings the motion back to its plan towards a standing target, over the plan's own.
 const RESERVE: i32 = I6F26::lit("1.2").to_bits();
 
