@@ -151,6 +151,18 @@ fn a_step_has_no_velocity_and_a_sine_has_its_own() {
 }
 
 #[test]
+fn a_target_is_new_until_the_reference_is_within_a_tenth_of_a_millimetre_and_again_once_it_jumps() {
+    let tuning = tuning();
+    let read = Readings { y: Position::ZERO, chambers: [None; 2], supply: None };
+    for (off_m, new) in [(1e-3, true), (0.05e-3, false)] {
+        let (mut state, target) = (ServoState::default(), metres(off_m));
+        tuning.step(&mut state, true, target, &read);
+        assert_eq!(state.stream.take(target, &tuning.stream, &tuning.tick).new, new, "{off_m} m");
+        assert!(state.stream.take(metres(0.01), &tuning.stream, &tuning.tick).new);
+    }
+}
+
+#[test]
 fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expect() {
     let tuning = tuning();
     let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
