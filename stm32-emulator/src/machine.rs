@@ -23,6 +23,34 @@ pub struct Machine<A> {
     pub idle: Time,
 }
 
+/// What a run looks out for, and has noted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Watch {
+    /// The number of an exception: when its handler is entered, left, or writes the valve's output, the run pauses.
+    pub exception: u32,
+    /// The run pauses at the first instruction that ends then or later.
+    pub pause_at: Time,
+    /// The lowest stack pointer so far.
+    pub lowest_stack: u32,
+}
+
+/// Why a watched run paused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pause {
+    /// By watchdog or firmware, before the chip starts anew: call [`Machine::reset`] with the cause.
+    Reset(ResetCause),
+    /// The first instruction of the handler has run.
+    Entered,
+    /// The handler has returned, or another one interrupts it.
+    Left,
+    /// The handler has written the valve's output.
+    Wrote,
+    /// [`Watch::pause_at`] is reached.
+    Due,
+    /// The time is up.
+    Time,
+}
+
 /// A file that is no firmware for this chip.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageError(pub String);
@@ -109,55 +137,99 @@ impl<A: Analog> Machine<A> {
         Ok(None)
     }
 
+    /// Runs until `end`, or until something happens that is watched for.
+    ///
+    /// # Errors
+    /// What happened is not modelled.
+    pub fn run_watching(&mut self, end: Time, watch: &mut Watch) -> Result<Pause, Stop> {
+        run_watching(&mut self.core, &mut self.chip, &mut self.idle, (end, watch))
+    }
+
     /// One instruction, or a jump over sleep to the next event or `end`.
     ///
     /// # Errors
     /// As [`Machine::run_until`].
-    #[inline]
     pub fn step(&mut self, end: Time) -> Result<Option<ResetCause>, Stop> {
-        let chip = &mut self.chip;
-        if chip.rcc.clock_stopped {
-            let bites_at = chip.iwdg.bites_at();
-            chip.now = bites_at.min(end).max(chip.now);
-            return Ok((chip.now >= bites_at).then_some(ResetCause::Watchdog));
-        }
-        if chip.now >= chip.next_event {
-            chip.events();
-        }
-        if chip.now >= chip.iwdg.bites_at() {
-            return Ok(Some(ResetCause::Watchdog));
-        }
-        let units = chip.rcc.units_per_cycle();
-        if chip.system.attention {
-            let entered = self.core.interrupts(chip).map_err(|trap| stop_at(&self.core, &trap))?;
-            if let Some(exception) = entered {
-                chip.now += u64::from(exception.cycles) * units;
-                chip.system.cycles += u64::from(exception.cycles);
-                return Ok(None);
-            }
-        }
-        if self.core.asleep != Sleep::Awake {
-            self.core.wake_by_event();
-            if self.core.asleep != Sleep::Awake {
-                let until = chip.next_event.min(chip.iwdg.bites_at()).min(end);
-                // Whole cycles: the core wakes on its own clock.
-                let cycles = until.saturating_sub(chip.now).div_ceil(units).max(1);
-                chip.now += cycles * units;
-                chip.system.cycles += cycles;
-                self.idle += cycles * units;
-                return Ok(None);
-            }
-        }
-        let cycles = u64::from(self.core.step(chip)?);
-        chip.now += cycles * units;
-        chip.system.cycles += cycles;
-        if chip.stalled_until > chip.now {
-            let waited = (chip.stalled_until - chip.now).div_ceil(units);
-            chip.now += waited * units;
-            chip.system.cycles += waited;
-        }
-        Ok(chip.system.take_reset_request().then_some(ResetCause::Software))
+        step(&mut self.core, &mut self.chip, &mut self.idle, end)
     }
+}
+
+/// [`Machine::run_watching`]. Neither it nor [`step`] knows what stands at the pins, so both are compiled once, with this crate: a
+/// generic function is compiled with the crate that calls it, which a test builds with little optimisation.
+fn run_watching(
+    core: &mut Core,
+    chip: &mut Chip<dyn Analog + '_>,
+    idle: &mut Time,
+    (end, watch): (Time, &mut Watch),
+) -> Result<Pause, Stop> {
+    while chip.now < end {
+        let (inside, writes) = (chip.system.current() == watch.exception, chip.dac.writes);
+        let reset = step(core, chip, idle, end)?;
+        watch.lowest_stack = watch.lowest_stack.min(core.r[13]);
+        if let Some(cause) = reset {
+            return Ok(Pause::Reset(cause));
+        }
+        match (inside, chip.system.current() == watch.exception) {
+            (false, true) => return Ok(Pause::Entered),
+            (true, false) => return Ok(Pause::Left),
+            (true, true) if chip.dac.writes != writes => return Ok(Pause::Wrote),
+            _ => {}
+        }
+        if chip.now >= watch.pause_at {
+            return Ok(Pause::Due);
+        }
+    }
+    Ok(Pause::Time)
+}
+
+/// [`Machine::step`].
+fn step(
+    core: &mut Core,
+    chip: &mut Chip<dyn Analog + '_>,
+    idle: &mut Time,
+    end: Time,
+) -> Result<Option<ResetCause>, Stop> {
+    if chip.rcc.clock_stopped {
+        let bites_at = chip.iwdg.bites_at();
+        chip.now = bites_at.min(end).max(chip.now);
+        return Ok((chip.now >= bites_at).then_some(ResetCause::Watchdog));
+    }
+    if chip.now >= chip.next_event {
+        chip.events();
+    }
+    if chip.now >= chip.iwdg.bites_at() {
+        return Ok(Some(ResetCause::Watchdog));
+    }
+    let units = chip.rcc.units_per_cycle();
+    if chip.system.attention {
+        let entered = core.interrupts(chip).map_err(|trap| stop_at(core, &trap))?;
+        if let Some(exception) = entered {
+            chip.now += u64::from(exception.cycles) * units;
+            chip.system.cycles += u64::from(exception.cycles);
+            return Ok(None);
+        }
+    }
+    if core.asleep != Sleep::Awake {
+        core.wake_by_event();
+        if core.asleep != Sleep::Awake {
+            let until = chip.next_event.min(chip.iwdg.bites_at()).min(end);
+            // Whole cycles: the core wakes on its own clock.
+            let cycles = until.saturating_sub(chip.now).div_ceil(units).max(1);
+            chip.now += cycles * units;
+            chip.system.cycles += cycles;
+            *idle += cycles * units;
+            return Ok(None);
+        }
+    }
+    let cycles = u64::from(core.step(chip)?);
+    chip.now += cycles * units;
+    chip.system.cycles += cycles;
+    if chip.stalled_until > chip.now {
+        let waited = (chip.stalled_until - chip.now).div_ceil(units);
+        chip.now += waited * units;
+        chip.system.cycles += waited;
+    }
+    Ok(chip.system.take_reset_request().then_some(ResetCause::Software))
 }
 
 fn start<A: Analog>(chip: &mut Chip<A>) -> Result<Core, ImageError> {

@@ -53,9 +53,7 @@ const GATES: [(u32, &str, Gate); 15] = [
 
 /// Everything on the chip but the core.
 #[derive(Clone)]
-pub struct Chip<A> {
-    /// The world at the pins.
-    pub analog: A,
+pub struct Chip<A: ?Sized> {
     /// Simulated time since power-up.
     pub now: Time,
     /// When a peripheral next does something by itself.
@@ -93,12 +91,13 @@ pub struct Chip<A> {
     dma: [Plain; 3],
     /// The valve's pin as last reported.
     pin: Option<u16>,
+    /// The world at the pins; last, so that a chip may be seen without knowing which.
+    pub analog: A,
 }
 
 impl<A: Analog> Chip<A> {
     pub(crate) fn new(analog: A) -> Self {
         let mut chip = Self {
-            analog,
             now: 0,
             next_event: 0,
             stalled_until: 0,
@@ -122,6 +121,7 @@ impl<A: Analog> Chip<A> {
             dbgmcu: Plain::new("DBGMCU", 5, &[]).with(0, 0x2003_6469),
             dma: [Plain::new("DMA1", 42, DMA_LIVE), Plain::new("DMA2", 42, DMA_LIVE), Plain::new("DMAMUX", 84, &[])],
             pin: None,
+            analog,
         };
         chip.clock_changed();
         chip
@@ -146,7 +146,9 @@ impl<A: Analog> Chip<A> {
         fresh.report_pin();
         fresh
     }
+}
 
+impl<A: Analog + ?Sized> Chip<A> {
     /// Lets peripherals act until now.
     pub(crate) fn events(&mut self) {
         while self.next_event <= self.now {
@@ -397,7 +399,7 @@ fn value_at(memory: &[u8], offset: usize, bytes: u32) -> Option<u32> {
     })
 }
 
-impl<A: Analog> Bus for Chip<A> {
+impl<A: Analog + ?Sized> Bus for Chip<A> {
     #[inline]
     fn fetch(&mut self, address: u32) -> Result<u16, Trap> {
         let offset = address.wrapping_sub(FLASH) as usize;
@@ -441,7 +443,7 @@ impl<A: Analog> Bus for Chip<A> {
     }
 }
 
-impl<A: Analog> Chip<A> {
+impl<A: Analog + ?Sized> Chip<A> {
     #[inline]
     fn flash_read(&mut self, offset: usize) {
         if self.flash.busy()

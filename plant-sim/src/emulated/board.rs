@@ -2,13 +2,16 @@
 
 use super::EmulatedError;
 use stm32_emulator::analog::Analog;
-use stm32_emulator::machine::Machine;
+use stm32_emulator::machine::{Machine, Pause, Watch};
 use stm32_emulator::peripherals::rcc::ResetCause;
 use stm32_emulator::rtt;
 use stm32_emulator::time::{Time, from_seconds};
 
 /// The control interrupt: exception 16 plus interrupt 18 (ADC1 and ADC2).
 const CONTROL_INTERRUPT: u32 = 34;
+
+/// The machine is there whenever the board is used.
+const THERE: &str = "only a reset takes it, and puts it back";
 
 /// How often the log in RAM is emptied: its kilobyte lasts longer at any rate of telemetry.
 const LOG_EVERY_S: f64 = 0.002;
@@ -47,8 +50,8 @@ pub struct Board<A> {
     machine: Option<Machine<A>>,
     /// Where the control interrupt that runs began: time, instructions, cycles.
     entered: Option<(Time, u64, u64)>,
-    lowest_stack: u32,
-    log_due: Time,
+    /// The control interrupt, the lowest stack pointer, and when the log is next emptied.
+    watch: Watch,
     log: Vec<u8>,
     ticks: u64,
 }
@@ -60,8 +63,8 @@ impl<A: Analog> Board<A> {
     /// The file is no firmware for this chip.
     pub fn power_up(elf: &[u8], analog: A) -> Result<Self, EmulatedError> {
         let machine = Machine::new(elf, analog)?;
-        let lowest_stack = machine.core.r[13];
-        Ok(Self { machine: Some(machine), entered: None, lowest_stack, log_due: 0, log: Vec::new(), ticks: 0 })
+        let watch = Watch { exception: CONTROL_INTERRUPT, pause_at: 0, lowest_stack: machine.core.r[13] };
+        Ok(Self { machine: Some(machine), entered: None, watch, log: Vec::new(), ticks: 0 })
     }
 
     /// The machine inside.
@@ -69,7 +72,7 @@ impl<A: Analog> Board<A> {
     /// # Panics
     /// Never: a reset that fails is an error, after which the board is gone.
     pub fn machine(&mut self) -> &mut Machine<A> {
-        self.machine.as_mut().expect("only a reset takes it, and puts it back")
+        self.machine.as_mut().expect(THERE)
     }
 
     /// What stands at the analog pins.
@@ -91,7 +94,7 @@ impl<A: Analog> Board<A> {
     /// The lowest stack pointer so far.
     #[must_use]
     pub fn lowest_stack(&self) -> u32 {
-        self.lowest_stack
+        self.watch.lowest_stack
     }
 
     /// Runs until something happens, or until `end`. A reset has been carried out when it is reported.
@@ -99,42 +102,39 @@ impl<A: Analog> Board<A> {
     /// # Errors
     /// The firmware did what is not modelled.
     pub fn advance(&mut self, end: Time) -> Result<Event, EmulatedError> {
-        while self.machine().chip.now < end {
-            let machine = self.machine();
-            let (inside, writes) = (machine.chip.system.current() == CONTROL_INTERRUPT, machine.chip.dac.writes);
-            let reset = machine.step(end)?;
-            let stack = machine.core.r[13];
+        loop {
+            let machine = self.machine.as_mut().expect(THERE);
+            let pause = machine.run_watching(end, &mut self.watch)?;
             let now = machine.chip.now;
-            let control = machine.chip.system.current() == CONTROL_INTERRUPT;
             let (instructions, cycles) = (machine.core.instructions, machine.chip.system.cycles);
-            let (writes_now, code) = (machine.chip.dac.writes, machine.chip.dac.holding());
-            self.lowest_stack = self.lowest_stack.min(stack);
-            if now >= self.log_due {
+            let code = machine.chip.dac.holding();
+            if now >= self.watch.pause_at {
                 self.drain();
             }
-            if let Some(cause) = reset {
-                self.reset(cause)?;
-                return Ok(Event::Reset(cause));
-            }
-            if !control {
-                self.entered = None;
-            } else if !inside {
-                self.entered = Some((now, instructions, cycles));
-                return Ok(Event::Entered);
-            } else if writes_now != writes
-                && let Some((entered, first, begun)) = self.entered
-            {
-                self.ticks += 1;
-                return Ok(Event::Wrote(Tick {
-                    written: now,
-                    entered,
-                    instructions: instructions - first,
-                    cycles: cycles - begun,
-                    code,
-                }));
+            match (pause, self.entered) {
+                (Pause::Time, _) => return Ok(Event::Time),
+                (Pause::Due, _) | (Pause::Wrote, None) => {}
+                (Pause::Reset(cause), _) => {
+                    self.reset(cause)?;
+                    return Ok(Event::Reset(cause));
+                }
+                (Pause::Left, _) => self.entered = None,
+                (Pause::Entered, _) => {
+                    self.entered = Some((now, instructions, cycles));
+                    return Ok(Event::Entered);
+                }
+                (Pause::Wrote, Some((entered, first, begun))) => {
+                    self.ticks += 1;
+                    return Ok(Event::Wrote(Tick {
+                        written: now,
+                        entered,
+                        instructions: instructions - first,
+                        cycles: cycles - begun,
+                        code,
+                    }));
+                }
             }
         }
-        Ok(Event::Time)
     }
 
     /// Lets time pass. Resets happen as they come.
@@ -185,6 +185,6 @@ impl<A: Analog> Board<A> {
     fn drain(&mut self) {
         let taken = rtt::take(self.machine()).unwrap_or_default();
         self.log.extend(taken);
-        self.log_due = self.now() + from_seconds(LOG_EVERY_S);
+        self.watch.pause_at = self.now() + from_seconds(LOG_EVERY_S);
     }
 }

@@ -33,7 +33,7 @@ impl Core {
     ///
     /// # Errors
     /// The vector table cannot be read.
-    pub fn interrupts<B: Bus>(&mut self, bus: &mut B) -> Result<Option<Exception>, Trap> {
+    pub fn interrupts<B: Bus + ?Sized>(&mut self, bus: &mut B) -> Result<Option<Exception>, Trap> {
         if self.asleep == Sleep::LockedUp {
             return Ok(None);
         }
@@ -61,7 +61,7 @@ impl Core {
     }
 
     /// Pushes a frame and goes to the handler. If the stack does not answer, a hard fault is entered instead.
-    fn enter<B: Bus>(&mut self, bus: &mut B, number: u32) -> Result<(), Trap> {
+    fn enter<B: Bus + ?Sized>(&mut self, bus: &mut B, number: u32) -> Result<(), Trap> {
         self.asleep = Sleep::Awake;
         let with_floats = self.fp_active && bus.system().automatic_stacking();
         let frame_bytes = if with_floats { EXTENDED_FRAME } else { BASIC_FRAME };
@@ -111,7 +111,7 @@ impl Core {
     ///
     /// # Errors
     /// A fault inside the hard fault handler or above: the chip locks up.
-    pub(super) fn fault<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+    pub(super) fn fault<B: Bus + ?Sized>(&mut self, bus: &mut B) -> Result<(), Trap> {
         if bus.system().execution_priority() < 0 || self.faultmask {
             self.asleep = Sleep::LockedUp;
             return Ok(());
@@ -122,7 +122,7 @@ impl Core {
     }
 
     /// A branch to an EXC_RETURN value.
-    pub(super) fn return_from_exception<B: Bus>(&mut self, bus: &mut B, value: u32) -> Result<(), Trap> {
+    pub(super) fn return_from_exception<B: Bus + ?Sized>(&mut self, bus: &mut B, value: u32) -> Result<(), Trap> {
         let to_thread = value & 8 != 0;
         if value | 0x1C != 0xFFFF_FFFD || value & 4 != 0 {
             return Err(Trap::Usage(INVALID_RETURN));
@@ -174,7 +174,7 @@ impl Core {
 
     /// Writes the floating-point registers into the space reserved at exception entry, before the handler changes them.
     #[inline]
-    pub(super) fn save_deferred<B: Bus>(&mut self, bus: &mut B) -> Result<(), Trap> {
+    pub(super) fn save_deferred<B: Bus + ?Sized>(&mut self, bus: &mut B) -> Result<(), Trap> {
         if bus.system().lazy_pending() {
             let at = bus.system().fpcar;
             self.save_floats(bus, at)?;
@@ -184,7 +184,7 @@ impl Core {
         Ok(())
     }
 
-    fn save_floats<B: Bus>(&mut self, bus: &mut B, at: u32) -> Result<(), Trap> {
+    fn save_floats<B: Bus + ?Sized>(&mut self, bus: &mut B, at: u32) -> Result<(), Trap> {
         for i in 0..16 {
             bus.write(at.wrapping_add(4 * i as u32), 4, self.s[i])?;
         }

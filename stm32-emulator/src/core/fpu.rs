@@ -78,7 +78,7 @@ fn to_integer(value: f64, signed: bool, bits: i32) -> u32 {
 
 impl Core {
     /// Executes an instruction of coprocessor 10 or 11.
-    pub(super) fn execute_fpu<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
+    pub(super) fn execute_fpu<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
         if second >> 9 & 7 != 5 || first >> 12 & 1 != 0 {
             return Err(unknown());
         }
@@ -98,7 +98,7 @@ impl Core {
     }
 
     /// Loads, stores, and moves of two core registers.
-    fn fp_memory<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32, double: bool) -> Result<(), Trap> {
+    fn fp_memory<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32, double: bool) -> Result<(), Trap> {
         let bit = |position: u32| first >> position & 1 != 0;
         let (before, up, write_back, load) = (bit(8), bit(7), bit(5), bit(4));
         let n = (first & 15) as usize;

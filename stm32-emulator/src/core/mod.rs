@@ -146,7 +146,7 @@ impl Core {
     ///
     /// # Errors
     /// There is no memory at the vector table.
-    pub fn reset(bus: &mut impl Bus, vectors: u32) -> Result<Self, Trap> {
+    pub fn reset(bus: &mut (impl Bus + ?Sized), vectors: u32) -> Result<Self, Trap> {
         let stack = bus.read(vectors, 4)? & !3;
         let entry = bus.read(vectors + 4, 4)?;
         let mut r = [0; 16];
@@ -181,7 +181,7 @@ impl Core {
     /// # Errors
     /// The instruction, or what it touches, is not modelled.
     #[inline]
-    pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<u32, Stop> {
+    pub fn step<B: Bus + ?Sized>(&mut self, bus: &mut B) -> Result<u32, Stop> {
         let at = self.pc;
         self.cycles = 1;
         self.instructions += 1;
@@ -192,7 +192,7 @@ impl Core {
     }
 
     #[inline]
-    fn execute_at<B: Bus>(&mut self, bus: &mut B, at: u32) -> Result<(), Trap> {
+    fn execute_at<B: Bus + ?Sized>(&mut self, bus: &mut B, at: u32) -> Result<(), Trap> {
         let first = u32::from(bus.fetch(at)?);
         self.r[15] = at.wrapping_add(4);
         let wide = first >= 0xE800;
@@ -211,7 +211,7 @@ impl Core {
 
     /// A trap becomes a fault exception, or ends the run.
     #[cold]
-    fn trapped<B: Bus>(&mut self, bus: &mut B, at: u32, trap: Trap) -> Result<(), Stop> {
+    fn trapped<B: Bus + ?Sized>(&mut self, bus: &mut B, at: u32, trap: Trap) -> Result<(), Stop> {
         let stop = |bus: &mut B, what: String| {
             let first = bus.fetch(at).map_or(0, u32::from);
             let instruction =
@@ -274,7 +274,7 @@ impl Core {
     }
 
     /// A branch to an address in a register: it may return from an exception, and must stay in Thumb state.
-    fn jump_exchange<B: Bus>(&mut self, bus: &mut B, target: u32) -> Result<(), Trap> {
+    fn jump_exchange<B: Bus + ?Sized>(&mut self, bus: &mut B, target: u32) -> Result<(), Trap> {
         if target >> 28 == 0xF && bus.system().handling() {
             return self.return_from_exception(bus, target);
         }
@@ -286,13 +286,13 @@ impl Core {
     }
 
     #[inline]
-    fn load<B: Bus>(&mut self, bus: &mut B, address: u32, bytes: u32) -> Result<u32, Trap> {
+    fn load<B: Bus + ?Sized>(&mut self, bus: &mut B, address: u32, bytes: u32) -> Result<u32, Trap> {
         self.cycles += 1;
         bus.read(address, bytes)
     }
 
     #[inline]
-    fn store<B: Bus>(&mut self, bus: &mut B, address: u32, bytes: u32, value: u32) -> Result<(), Trap> {
+    fn store<B: Bus + ?Sized>(&mut self, bus: &mut B, address: u32, bytes: u32, value: u32) -> Result<(), Trap> {
         self.cycles += 1;
         bus.write(address, bytes, value)
     }

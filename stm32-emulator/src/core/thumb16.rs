@@ -6,7 +6,7 @@ use super::{Bus, Core, Sleep, Trap, UNDEFINED_INSTRUCTION, unknown};
 impl Core {
     /// Executes a 16-bit instruction. Inside an If-Then block data processing sets no flags.
     #[inline]
-    pub(super) fn execute16<B: Bus>(&mut self, bus: &mut B, op: u32, in_it_block: bool) -> Result<(), Trap> {
+    pub(super) fn execute16<B: Bus + ?Sized>(&mut self, bus: &mut B, op: u32, in_it_block: bool) -> Result<(), Trap> {
         let flags = !in_it_block;
         let low = (op & 7) as usize;
         let second = (op >> 3 & 7) as usize;
@@ -155,7 +155,7 @@ impl Core {
     }
 
     /// ADD, CMP, MOV of any registers; BX, BLX.
-    fn special_data16<B: Bus>(&mut self, bus: &mut B, op: u32) -> Result<(), Trap> {
+    fn special_data16<B: Bus + ?Sized>(&mut self, bus: &mut B, op: u32) -> Result<(), Trap> {
         let target = (op & 7 | op >> 4 & 8) as usize;
         let value = self.r[(op >> 3 & 15) as usize];
         match op >> 8 & 3 {
@@ -187,7 +187,7 @@ impl Core {
         }
     }
 
-    fn miscellaneous16<B: Bus>(&mut self, bus: &mut B, op: u32) -> Result<(), Trap> {
+    fn miscellaneous16<B: Bus + ?Sized>(&mut self, bus: &mut B, op: u32) -> Result<(), Trap> {
         let (low, second) = ((op & 7) as usize, (op >> 3 & 7) as usize);
         match op >> 8 & 15 {
             0 => {

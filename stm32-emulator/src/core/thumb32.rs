@@ -26,7 +26,7 @@ fn signed(value: u32) -> i64 {
 
 impl Core {
     /// Executes a 32-bit instruction.
-    pub(super) fn execute32<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
+    pub(super) fn execute32<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
         let op2 = first >> 4 & 0x7F;
         match first >> 11 & 3 {
             1 if op2 & 0x64 == 0 => self.load_store_multiple(bus, first, second),
@@ -52,7 +52,7 @@ impl Core {
     }
 
     /// LDM, STM with increment after or decrement before; PUSH and POP of the high registers.
-    fn load_store_multiple<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
+    fn load_store_multiple<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
         let (write_back, load, before) = (first >> 5 & 1 != 0, first >> 4 & 1 != 0, first >> 8 & 1 != 0);
         if (first >> 7 & 1 != 0) == before {
             return Err(unknown());
@@ -83,7 +83,7 @@ impl Core {
     }
 
     /// LDRD, STRD, exclusives, table branches.
-    fn load_store_dual<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
+    fn load_store_dual<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
         let (before, up, write_back, load) =
             (first >> 8 & 1 != 0, first >> 7 & 1 != 0, first >> 5 & 1 != 0, first >> 4 & 1 != 0);
         let (n, t, d, m) =
@@ -133,14 +133,14 @@ impl Core {
         Ok(())
     }
 
-    fn load_exclusive<B: Bus>(&mut self, bus: &mut B, t: usize, address: u32, bytes: u32) -> Result<(), Trap> {
+    fn load_exclusive<B: Bus + ?Sized>(&mut self, bus: &mut B, t: usize, address: u32, bytes: u32) -> Result<(), Trap> {
         self.r[t] = self.load(bus, address, bytes)?;
         self.exclusive = true;
         Ok(())
     }
 
     /// The status register `d` becomes 0 if the store happened, else 1.
-    fn store_exclusive<B: Bus>(
+    fn store_exclusive<B: Bus + ?Sized>(
         &mut self,
         bus: &mut B,
         d: usize,
@@ -270,7 +270,7 @@ impl Core {
         self.q |= low_limited || high_limited;
     }
 
-    fn branch_or_miscellaneous<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
+    fn branch_or_miscellaneous<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
         let sign = first >> 10 & 1;
         let (j1, j2) = (second >> 13 & 1, second >> 11 & 1);
         if second >> 12 & 1 != 0 {
@@ -316,7 +316,7 @@ impl Core {
         }
     }
 
-    fn write_special<B: Bus>(&mut self, bus: &mut B, second: u32, value: u32) -> Result<(), Trap> {
+    fn write_special<B: Bus + ?Sized>(&mut self, bus: &mut B, second: u32, value: u32) -> Result<(), Trap> {
         match second & 0xFF {
             0..=3 => {
                 if second >> 11 & 1 != 0 {
@@ -345,7 +345,7 @@ impl Core {
         Ok(())
     }
 
-    fn read_special<B: Bus>(&mut self, bus: &mut B, register: u32) -> Result<u32, Trap> {
+    fn read_special<B: Bus + ?Sized>(&mut self, bus: &mut B, register: u32) -> Result<u32, Trap> {
         Ok(match register {
             0..=7 => {
                 let exception = if register & 1 != 0 { bus.system().current() } else { 0 };
@@ -361,7 +361,7 @@ impl Core {
         })
     }
 
-    fn load_store_single<B: Bus>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
+    fn load_store_single<B: Bus + ?Sized>(&mut self, bus: &mut B, first: u32, second: u32) -> Result<(), Trap> {
         let (n, t) = ((first & 15) as usize, (second >> 12) as usize);
         let load = first >> 4 & 1 != 0;
         let bytes = 1 << (first >> 5 & 3);
