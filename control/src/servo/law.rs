@@ -54,7 +54,10 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         None => estimate.v,
     };
     let now = Means { error, v, force: estimate.force };
-    if state.hold.decide(target, resting, now, (estimate.disturbance, state.body.coulomb), (&tuning.hold, caution)) {
+    let frictions = (estimate.disturbance, state.body.coulomb);
+    let holds = state.hold.decide(target, resting, now, frictions, (&tuning.hold, caution));
+    state.approaches = standing && !holds && !tuning.stick.sticks(&state.hold.mean, caution);
+    if holds {
         state.stick = Stick::default();
         let rate = state.hold.restoring_rate(&tuning.hold);
         if rate == 0 {

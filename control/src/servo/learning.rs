@@ -45,6 +45,8 @@ pub(crate) struct LearningRates {
     pub(crate) lag_bounds: [Ticks; 2],
     /// Per tick: friction and mass, the disturbance in parts of the nominal Coulomb friction.
     pub(crate) body: Factor<Acceleration, Part>,
+    /// Per tick: Coulomb friction in excess, in slow motion.
+    pub(crate) excess: Share<Acceleration, Acceleration>,
     /// Nominal Coulomb friction.
     pub(crate) coulomb: Acceleration,
     /// What of it is unlearned each time that the piston passes a standing target.
@@ -133,16 +135,31 @@ pub(crate) fn unlearn_friction(body: &mut Body, rates: &LearningRates) {
     body.coulomb = body.coulomb.saturating_sub(rates.unlearn.of(body.coulomb)).max(least);
 }
 
-/// Friction and mass, from what the disturbance of one tick shows beyond the known load.
+/// Friction and mass, from what the disturbance of one tick shows beyond the known load. `approaches` says that the piston moves
+/// towards a target that stands.
 #[inline]
-pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, load: Acceleration, rates: &LearningRates) {
-    if estimate.v.saturating_abs() < SLIDING {
-        return;
-    }
+pub(crate) fn learn_body(
+    body: &mut Body,
+    estimate: &mut Estimate,
+    load: Acceleration,
+    approaches: bool,
+    rates: &LearningRates,
+) {
     let forwards = estimate.v > 0;
     let along = |x: Acceleration| if forwards { x } else { x.saturating_neg() };
+    let excess = along(estimate.disturbance.saturating_sub(load));
+    if estimate.v.saturating_abs() < SLIDING {
+        // Slowly, what helps the motion is Coulomb friction in excess. Too little of it only takes time, too much is a limit cycle.
+        if approaches && excess > 0 {
+            let before = body.coulomb;
+            let [least, _] = rates.coulomb_bounds;
+            body.coulomb = before.saturating_sub(rates.excess.of(excess)).max(least);
+            estimate.disturbance = estimate.disturbance.saturating_add(along(body.coulomb - before));
+        }
+        return;
+    }
     // In parts of the nominal Coulomb friction, along the motion: parts have 16 fractional bits.
-    let wrong = along(estimate.disturbance.saturating_sub(load)).saturating_neg();
+    let wrong = excess.saturating_neg();
     let viscous = along(rates.viscous_part.of(estimate.v));
     let inert = along(rates.inertia_part.of(estimate.a));
     let over_square = |x: Acceleration, one: i32| {

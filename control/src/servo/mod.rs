@@ -148,6 +148,10 @@ pub struct ServoState {
     delay: Delay,
     forces: [Acceleration; 3],
     shown: Option<Shown>,
+    /// Whether the piston moves towards a target that stands.
+    approaches: bool,
+    /// Samples since the beginning of the run.
+    samples: u16,
     /// Whether anything was learned since power-on.
     learned: bool,
 }
@@ -218,7 +222,12 @@ impl Tuning {
             *slow = slow.saturating_add(chambers.follow.of(now.saturating_sub(*slow)));
         }
         let air = chambers.air(state.estimate.y, state.forces);
-        let innovation = state.estimate.correct(read.y, measured, &self.observer);
+        state.samples = state.samples.saturating_add(1);
+        let innovation = if state.samples <= self.standing_ticks {
+            state.estimate.correct_standing(read.y, measured, state.samples)
+        } else {
+            state.estimate.correct(read.y, measured, &self.observer)
+        };
         let valve = (&self.valve, &state.valve);
         let opening = state.estimate.predict(
             state.delay.after(state.acting, self.delay_ticks),
@@ -252,7 +261,7 @@ impl Tuning {
         state.lag.learn(wrong, opening.theta, slope, &self.learning);
         learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
         let load = self.chambers.rest_force().saturating_neg();
-        learning::learn_body(&mut state.body, &mut state.estimate, load, &self.learning);
+        learning::learn_body(&mut state.body, &mut state.estimate, load, state.approaches, &self.learning);
         state.hold.learn_noise(force, &self.hold);
     }
 

@@ -97,6 +97,23 @@ impl Spool {
 }
 
 impl Estimate {
+    /// Corrects the prediction by this tick's samples, `samples` with these, while the piston stands: before the valve can have moved
+    /// it. Its velocity is nought, and what balances the force is whatever that is. So position and force are means over all
+    /// samples, and the disturbance takes back what the force is corrected by.
+    #[inline]
+    pub(crate) fn correct_standing(&mut self, y: Position, force: Option<Acceleration>, samples: u16) -> Innovation {
+        let samples = i32::from(samples.max(1));
+        let e = y.saturating_sub(self.y);
+        self.y = self.y.saturating_add(Position::from_bits(e.to_bits() / samples));
+        let force = force.map(|force| force.saturating_sub(self.force));
+        if let Some(wrong) = force {
+            let part = Acceleration::from_bits(wrong.to_bits() / samples);
+            self.force = self.force.saturating_add(part);
+            self.disturbance = self.disturbance.saturating_sub(part);
+        }
+        Innovation { force, y: e }
+    }
+
     /// Corrects the prediction by this tick's samples.
     #[inline]
     pub(crate) fn correct(&mut self, y: Position, force: Option<Acceleration>, gains: &ObserverGains) -> Innovation {

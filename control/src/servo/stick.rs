@@ -18,6 +18,14 @@ pub(crate) struct StickGains {
     pub(crate) most: Acceleration,
 }
 
+impl StickGains {
+    /// Whether the piston stands, by its mean velocity.
+    #[inline]
+    pub(crate) fn sticks(&self, mean: &Means, caution: Caution) -> bool {
+        mean.v.saturating_abs() <= caution.of(self.speed)
+    }
+}
+
 /// What of it goes with the law's bandwidth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LeadGains {
@@ -47,8 +55,7 @@ impl Stick {
         (stick, lead, tick): (&StickGains, &LeadGains, &Tick),
         caution: Caution,
     ) -> Option<Jerk> {
-        let speed = caution.of(stick.speed);
-        if !resting || mean.v.saturating_abs() > speed {
+        if !resting || !stick.sticks(mean, caution) {
             *self = Self::default();
             return None;
         }
@@ -58,7 +65,7 @@ impl Stick {
             return None;
         }
         // Below half its limit the mean velocity is mostly noise and would keep the valve awake.
-        let noise = Velocity::from_bits(speed.to_bits() / 2);
+        let noise = Velocity::from_bits(caution.of(stick.speed).to_bits() / 2);
         let creep = mean.v.saturating_sub(limit(mean.v, -noise, noise));
         let rate = lead.error.wide(mean.error).saturating_sub(lead.creep.wide(creep));
         let rate = Jerk::from_bits(saturate(rate));

@@ -369,11 +369,11 @@ fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_b
         value(body.coulomb) + 0.1 * value(body.viscous) - value(estimate.disturbance)
     };
     let whole = sum(&body, &estimate);
-    learning::learn_body(&mut body, &mut estimate, Acceleration::ZERO, &tuning.learning);
+    learning::learn_body(&mut body, &mut estimate, Acceleration::ZERO, false, &tuning.learning);
     assert!(body.coulomb > start.coulomb && body.viscous > start.viscous, "{body:?}");
     assert!((sum(&body, &estimate) - whole).abs() < 1e-4, "what is learned is no longer a disturbance");
     let (before, slow) = (body, Estimate { v: Velocity::from_num(0.01), ..estimate });
-    learning::learn_body(&mut body, &mut slow.clone(), Acceleration::ZERO, &tuning.learning);
+    learning::learn_body(&mut body, &mut slow.clone(), Acceleration::ZERO, false, &tuning.learning);
     assert_eq!(body, before, "a piston that may stick tells nothing");
 
     let mut lag = Lag::of(tuning.lag);

@@ -45,11 +45,11 @@ const LOST: f64 = 0.4;
 /// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
 const PEAK_HELD_S: f64 = 1.0;
 /// Part of the nominal Coulomb friction that is compensated before any is learned.
-const COULOMB_START: f64 = 0.8;
-/// The same where the piston slips as it breaks away. With 0.8 one of 80 moves of -1 mm on the DSNU-25-100 does not end.
-const SLIPPING_COULOMB_START: f64 = 0.7;
+const COULOMB_START: f64 = 0.95;
 /// Rates of learning, 1/s: gain, dead zone, friction.
 const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
+/// How fast Coulomb friction in excess is taken off in slow motion, 1/s.
+const EXCESS_RATE: f64 = 40.0;
 /// Part of the Coulomb friction that is unlearned each time that the piston passes a standing target.
 const UNLEARN: f64 = 0.1;
 /// How fast the lag is learned while the angle turns, 1/s.
@@ -121,6 +121,9 @@ const STICK_GAIN: f64 = 2.0;
 const SLIPPING_STICK_GAIN: f64 = 3.0;
 /// Stick: how fast the force follows, over the law's bandwidth.
 const STICK_FORCE: f64 = 1.0 / 1.5;
+/// Observer: time after power-on within which the piston still stands, s: delay and lag, and the time in which the force of the
+/// wide open valve reaches the friction.
+const STANDING_S: f64 = 8e-3;
 /// Without measured pressures: how fast the force takes up what the model does not explain, 1/s.
 const UNSEEN_RATE: f64 = 5.0;
 
@@ -130,6 +133,8 @@ pub struct Tuning {
     pub(super) tick: Tick,
     pub(super) chambers: Chambers,
     pub(super) observer: ObserverGains,
+    /// Ticks after power-on in which the piston still stands.
+    pub(super) standing_ticks: u16,
     pub(super) valve: Valve,
     pub(super) learning: LearningRates,
     pub(super) stream: StreamGains,
@@ -231,7 +236,6 @@ impl Tuning {
         let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(delay::MOST_TICKS as f64) as u8;
         // What is no whole tick the lag takes up.
         let lag = f64::from(p.servo_lag_s) + (f64::from(p.servo_delay_s) - f64::from(delay_ticks) * t);
-        let coulomb_start = if p.servo_stick_slip { SLIPPING_COULOMB_START } else { COULOMB_START };
         let weight = (t / if p.servo_stick_slip { SLIPPING_MEAN_S } else { MEAN_S }).min(1.0);
         let ticks = |time_s: f64| (time_s * hz) as u16;
         let valve = valve(p, inverse, opening);
@@ -265,6 +269,7 @@ impl Tuning {
                 bristle: Factor::new(bristle * t),
                 bristle_q24: exactly::<I8F24>(bristle * t * t).to_bits(),
             },
+            standing_ticks: ticks(STANDING_S),
             learning: LearningRates {
                 wrong: Factor::new(force_rate),
                 gain: Share::new(LEARN[0] * t),
@@ -285,6 +290,7 @@ impl Tuning {
                         .limits()
                         .map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
+                excess: Share::new(EXCESS_RATE * t),
                 unlearn: Share::new(UNLEARN),
                 coulomb_bounds: Quantity::Coulomb.limits().map(|bound| exactly(bound * coulomb)),
             },
@@ -361,7 +367,7 @@ impl Tuning {
             lag: exactly(lag * hz),
             start: Learned::of(
                 &ValveModel { zones: valve.zones, gains: [Ratio::ONE; 2] },
-                &Body { coulomb: exactly(coulomb_start * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
+                &Body { coulomb: exactly(COULOMB_START * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
                 exactly(lag * hz),
             ),
             delay_ticks,

@@ -89,13 +89,23 @@ pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
     body.coulomb = (body.coulomb * (1.0 - tuning.unlearn)).max(FRICTION[0] * tuning.coulomb);
 }
 
-/// Friction and mass, from what the disturbance of one tick shows beyond the known load, N.
-pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, tuning: &Tuning) {
+/// Friction and mass, from what the disturbance of one tick shows beyond the known load, N. `approaches` says that the piston moves
+/// towards a target that stands.
+pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, approaches: bool, tuning: &Tuning) {
+    let side = estimate.v.signum();
     if estimate.v.abs() < SLIDING {
+        // Slowly, what helps the motion is Coulomb friction in excess. Too little of it only takes time, too much is a limit cycle.
+        let excess = side * (estimate.disturbance - load);
+        if approaches && excess > 0.0 {
+            let less = tuning.excess_rate * tuning.tick_s * excess;
+            let before = body.coulomb;
+            body.coulomb = (before - less).max(FRICTION[0] * tuning.coulomb);
+            estimate.disturbance += side * (body.coulomb - before);
+        }
         return;
     }
     // In parts of the nominal Coulomb force, along the motion.
-    let unit = tuning.coulomb * estimate.v.signum();
+    let unit = tuning.coulomb * side;
     let wrong = -(estimate.disturbance - load) / unit;
     let viscous = tuning.viscous * estimate.v / unit;
     let inert = tuning.mass * estimate.a / unit;
@@ -110,7 +120,7 @@ pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, tuning: &
     body.viscous = learned(before.viscous, friction_step * viscous, tuning.viscous, FRICTION);
     body.mass = learned(before.mass, mass_step, tuning.mass, MASS);
     // What is now explained is no longer a disturbance.
-    estimate.disturbance += (body.coulomb - before.coulomb) * estimate.v.signum()
+    estimate.disturbance += (body.coulomb - before.coulomb) * side
         + (body.viscous - before.viscous) * estimate.v
         + (body.mass - before.mass) * estimate.a;
 }

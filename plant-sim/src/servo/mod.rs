@@ -86,7 +86,8 @@ pub struct Servo {
     acting: f64,
     delayed: VecDeque<f64>,
     pressures: [f64; 3],
-    begun: bool,
+    samples: u32,
+    approaches: bool,
     friction_ahead: FrictionAhead,
 }
 
@@ -112,7 +113,8 @@ impl Servo {
             noise: 0.0,
             acting: tuning.centre_v,
             pressures: [0.0; 3],
-            begun: false,
+            samples: 0,
+            approaches: false,
             friction_ahead: FrictionAhead::default(),
             tuning,
         }
@@ -124,14 +126,15 @@ impl Servo {
         let t = tuning.tick_s;
         let [area_a, area_b] = self.known.areas_m2;
         let rest = area_a * self.known.rest_pa[0] - area_b * self.known.rest_pa[1];
-        if !self.begun {
+        let begins = self.samples == 0;
+        self.samples = self.samples.saturating_add(1);
+        if begins {
             self.estimate.force = rest;
         }
         let seen = readings.p_a.zip(readings.p_b).map(|(p_a, p_b)| area_a * p_a - area_b * p_b);
         let force = seen.unwrap_or(self.estimate.force);
         let read = self.complete(readings);
-        if !self.begun {
-            self.begun = true;
+        if begins {
             self.motion = Motion { y: readings.y, ..Motion::default() };
             self.stream = Stream::at(target);
             self.estimate = Estimate { y: readings.y, force, disturbance: -force, ..self.estimate };
@@ -141,7 +144,11 @@ impl Servo {
             *slow += (t * PRESSURE_RATE).min(1.0) * (now - *slow);
         }
         let air = self.air();
-        let innovation = self.estimate.correct(readings.y, force, &tuning);
+        let innovation = if self.samples <= tuning.standing_ticks {
+            self.estimate.correct_standing(readings.y, force, self.samples)
+        } else {
+            self.estimate.correct(readings.y, force, &tuning)
+        };
         self.delayed.push_back(self.acting);
         let acting = self.delayed.pop_front().unwrap_or(self.acting);
         let theta = self.estimate.predict(acting, &air, &self.valve, self.lag.seconds, &self.body, &tuning);
@@ -158,7 +165,7 @@ impl Servo {
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
-            learning::learn_body(&mut self.body, &mut self.estimate, -rest, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, -rest, self.approaches, &tuning);
             self.hold.learn_noise(innovation.force, &tuning);
         }
         u
@@ -195,13 +202,10 @@ impl Servo {
         let error = target - estimate.y;
         // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
         let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weights[0] / t } else { estimate.v };
-        if self.hold.decide(
-            target,
-            resting,
-            [error, v, estimate.force],
-            [estimate.disturbance, self.body.coulomb],
-            &tuning,
-        ) {
+        let frictions = [estimate.disturbance, self.body.coulomb];
+        let holds = self.hold.decide(target, resting, [error, v, estimate.force], frictions, &tuning);
+        self.approaches = aim.v == 0.0 && !holds && self.hold.mean[1].abs() > tuning.stick_speed;
+        if holds {
             self.stick = Stick::default();
             let rate = self.hold.restoring_rate(&tuning);
             if rate == 0.0 {
