@@ -26,6 +26,8 @@ pub(crate) struct HoldLimits {
     pub(crate) trial_ticks: u16,
     /// Change of force that may have moved the piston.
     pub(crate) force: Acceleration,
+    /// Force below the Coulomb friction within which the piston counts as held.
+    pub(crate) margin: Acceleration,
     /// Force within which the piston counts as held where friction is not told from noise.
     pub(crate) band: Acceleration,
     /// Enter below this mean speed.
@@ -131,9 +133,9 @@ impl Hold {
         mean.v = mean.v.saturating_add(weights.v.of(now.v.saturating_sub(mean.v)));
         mean.force = mean.force.saturating_add(weights.force.of(now.force.saturating_sub(mean.force)));
         let error = mean.error.saturating_abs();
-        // At its Coulomb friction a piston creeps on once the valve is closed, or with the force that may leak before a pulse.
+        // At its Coulomb friction a piston creeps on once the valve is closed, or with the first force that leaks.
         let held = mean.force.saturating_add(disturbance).saturating_abs()
-            < coulomb.saturating_sub(limits.drift).max(limits.band);
+            < coulomb.saturating_sub(limits.margin).max(limits.band);
         if self.on {
             self.ticks = self.ticks.saturating_add(1);
             // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.

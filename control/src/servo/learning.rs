@@ -45,8 +45,8 @@ pub(crate) struct LearningRates {
     pub(crate) lag_bounds: [Ticks; 2],
     /// Per tick: friction and mass, the disturbance in parts of the nominal Coulomb friction.
     pub(crate) body: Factor<Acceleration, Part>,
-    /// Per tick: Coulomb friction in excess, in slow motion.
-    pub(crate) excess: Share<Acceleration, Acceleration>,
+    /// Per tick: Coulomb friction, in slow motion.
+    pub(crate) slowly: Share<Acceleration, Acceleration>,
     /// Nominal Coulomb friction.
     pub(crate) coulomb: Acceleration,
     /// What of it is unlearned each time that the piston passes a standing target.
@@ -147,19 +147,18 @@ pub(crate) fn learn_body(
 ) {
     let forwards = estimate.v > 0;
     let along = |x: Acceleration| if forwards { x } else { x.saturating_neg() };
-    let excess = along(estimate.disturbance.saturating_sub(load));
+    let wrong = along(estimate.disturbance.saturating_sub(load)).saturating_neg();
+    let [least, most] = rates.coulomb_bounds;
     if estimate.v.saturating_abs() < SLIDING {
-        // Slowly, what helps the motion is Coulomb friction in excess. Too little of it only takes time, too much is a limit cycle.
-        if approaches && excess > 0 {
+        // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle.
+        if approaches {
             let before = body.coulomb;
-            let [least, _] = rates.coulomb_bounds;
-            body.coulomb = before.saturating_sub(rates.excess.of(excess)).max(least);
+            body.coulomb = limit(before.saturating_add(rates.slowly.of(wrong)), least, most);
             estimate.disturbance = estimate.disturbance.saturating_add(along(body.coulomb - before));
         }
         return;
     }
     // In parts of the nominal Coulomb friction, along the motion: parts have 16 fractional bits.
-    let wrong = excess.saturating_neg();
     let viscous = along(rates.viscous_part.of(estimate.v));
     let inert = along(rates.inertia_part.of(estimate.a));
     let over_square = |x: Acceleration, one: i32| {
@@ -172,7 +171,6 @@ pub(crate) fn learn_body(
     let mass_step = rates.mass_part.of(Part::from_bits(multiply(step, over_square(inert, inert.to_bits()), 26)));
     let before = *body;
     let coulomb = Acceleration::from_bits(multiply(friction_step, rates.coulomb.to_bits(), 26));
-    let [least, most] = rates.coulomb_bounds;
     body.coulomb = limit(before.coulomb.saturating_add(coulomb), least, most);
     let part = multiply(friction_step, viscous.to_bits(), 16);
     let [least, most] = rates.viscous_bounds;

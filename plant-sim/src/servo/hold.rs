@@ -60,8 +60,8 @@ impl Hold {
         }
         let [error, v, force] = self.mean;
         let [enter, leave] = tuning.hold_m;
-        // At its Coulomb friction a piston creeps on once the valve is closed, or with the force that may leak before a pulse.
-        let held = (force + disturbance).abs() < (coulomb - tuning.hold_drift).max(tuning.hold_band);
+        // At its Coulomb friction a piston creeps on once the valve is closed, or with the first force that leaks.
+        let held = (force + disturbance).abs() < (coulomb - tuning.hold_margin).max(tuning.hold_band);
         if self.on {
             self.ticks = self.ticks.saturating_add(1);
             // A piston moves only as long as it coasts or after its force has changed; else the error changes by noise.
@@ -112,7 +112,7 @@ impl Hold {
     /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse once the force has drifted away from the
     /// middle of what friction holds. Drift towards the middle only holds the piston safer.
     pub fn restoring_rate(&mut self, tuning: &Tuning) -> f64 {
-        let allowed = tuning.hold_drift;
+        let allowed = 0.15 * tuning.coulomb;
         if tuning.stick_slip && (self.mean[2] + self.load).abs() < (self.force + self.load).abs() {
             self.force = self.mean[2];
         }

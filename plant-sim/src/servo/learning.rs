@@ -94,12 +94,12 @@ pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
 pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, approaches: bool, tuning: &Tuning) {
     let side = estimate.v.signum();
     if estimate.v.abs() < SLIDING {
-        // Slowly, what helps the motion is Coulomb friction in excess. Too little of it only takes time, too much is a limit cycle.
-        let excess = side * (estimate.disturbance - load);
-        if approaches && excess > 0.0 {
-            let less = tuning.excess_rate * tuning.tick_s * excess;
+        // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle.
+        if approaches {
+            let step = -tuning.slow_learn * tuning.tick_s * side * (estimate.disturbance - load);
             let before = body.coulomb;
-            body.coulomb = (before - less).max(FRICTION[0] * tuning.coulomb);
+            let [least, most] = FRICTION.map(|part| part * tuning.coulomb);
+            body.coulomb = (before + step).clamp(least, most);
             estimate.disturbance += side * (body.coulomb - before);
         }
         return;

@@ -29,8 +29,8 @@ pub struct Tuning {
     pub coulomb: f64,
     /// Part of it that is compensated before any is learned.
     pub coulomb_start: f64,
-    /// How fast what of it is in excess is taken off in slow motion, 1/s.
-    pub excess_rate: f64,
+    /// How fast it is learned in slow motion towards a standing target, 1/s.
+    pub slow_learn: f64,
     /// Ticks after power-on in which the piston still stands.
     pub standing_ticks: u32,
     /// Part of it that is unlearned each time that the piston passes a standing target.
@@ -63,8 +63,8 @@ pub struct Tuning {
     pub hold_ticks: u32,
     /// Hold: change of force that may have moved the piston, N.
     pub hold_force: f64,
-    /// Hold: drift of the force at which a pulse brings it back, N.
-    pub hold_drift: f64,
+    /// Hold: force below the Coulomb friction within which the piston counts as held, N.
+    pub hold_margin: f64,
     /// Hold: force within which the piston counts as held where friction is not told from noise, N.
     pub hold_band: f64,
     /// Hold: ticks after entering within which the piston may still coast.
@@ -124,8 +124,8 @@ impl Tuning {
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: 0.95,
-            excess_rate: 40.0,
+            coulomb_start: if stick_slip { 0.8 } else { 0.95 },
+            slow_learn: 40.0,
             standing_ticks: (8e-3 / tick_s) as u32,
             unlearn: 0.1,
             // What is no whole tick the lag takes up.
@@ -143,7 +143,7 @@ impl Tuning {
             hold_speed: 1.8e-3,
             hold_ticks: (10e-3 / tick_s) as u32,
             hold_force: 0.1 * friction.coulomb_n,
-            hold_drift: 0.15 * friction.coulomb_n,
+            hold_margin: 0.12 * friction.coulomb_n,
             hold_band: 3.0
                 * rig.load.mass_kg
                 * observer_w.powi(2)
