@@ -47,6 +47,8 @@ pub(crate) struct LearningRates {
     pub(crate) body: Factor<Acceleration, Part>,
     /// Per tick: Coulomb friction, in slow motion.
     pub(crate) slowly: Share<Acceleration, Acceleration>,
+    /// Whether the piston slips as it breaks away.
+    pub(crate) slips: bool,
     /// Nominal Coulomb friction.
     pub(crate) coulomb: Acceleration,
     /// What of it is unlearned each time that the piston passes a standing target.
@@ -150,8 +152,9 @@ pub(crate) fn learn_body(
     let wrong = along(estimate.disturbance.saturating_sub(load)).saturating_neg();
     let [least, most] = rates.coulomb_bounds;
     if estimate.v.saturating_abs() < SLIDING {
-        // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle.
-        if approaches {
+        // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle. Where
+        // the piston slips, what seems to be too little may be static friction.
+        if approaches && !(rates.slips && wrong > 0) {
             let before = body.coulomb;
             body.coulomb = limit(before.saturating_add(rates.slowly.of(wrong)), least, most);
             estimate.disturbance = estimate.disturbance.saturating_add(along(body.coulomb - before));

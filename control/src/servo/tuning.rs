@@ -298,6 +298,7 @@ impl Tuning {
                         .map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
                 slowly: Share::new(SLOW_LEARN * t),
+                slips: p.servo_stick_slip,
                 unlearn: Share::new(UNLEARN),
                 coulomb_bounds: Quantity::Coulomb.limits().map(|bound| exactly(bound * coulomb)),
             },

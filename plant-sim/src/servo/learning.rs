@@ -94,9 +94,10 @@ pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
 pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, approaches: bool, tuning: &Tuning) {
     let side = estimate.v.signum();
     if estimate.v.abs() < SLIDING {
-        // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle.
-        if approaches {
-            let step = -tuning.slow_learn * tuning.tick_s * side * (estimate.disturbance - load);
+        // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle. Where
+        // the piston slips, what seems to be too little may be static friction.
+        let step = -tuning.slow_learn * tuning.tick_s * side * (estimate.disturbance - load);
+        if approaches && !(tuning.stick_slip && step > 0.0) {
             let before = body.coulomb;
             let [least, most] = FRICTION.map(|part| part * tuning.coulomb);
             body.coulomb = (before + step).clamp(least, most);
