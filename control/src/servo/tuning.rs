@@ -51,7 +51,8 @@ const COULOMB_START: f64 = 0.95;
 const SLIPPING_COULOMB_START: f64 = 0.8;
 /// Rates of learning, 1/s: gain, dead zone, friction.
 const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
-/// How fast the Coulomb friction is learned in slow motion towards a standing target, 1/s: within the 25 ms of its end.
+/// How fast the Coulomb friction is learned in slow motion towards a standing target, 1/s: within its last 25 ms. With 20, 94 % of the
+/// draws' moves of 1 mm on (a) settle within 0.6 s instead of 99 %; with 80, (c) takes three times the noise for friction.
 const SLOW_LEARN: f64 = 40.0;
 /// Part of the Coulomb friction that is unlearned each time that the piston passes a standing target.
 const UNLEARN: f64 = 0.1;
@@ -128,7 +129,7 @@ const SLIPPING_STICK_GAIN: f64 = 3.0;
 /// Stick: how fast the force follows, over the law's bandwidth.
 const STICK_FORCE: f64 = 1.0 / 1.5;
 /// Observer: time after power-on within which the piston still stands, s: delay and lag, and the time in which the force of the
-/// wide open valve reaches the friction.
+/// wide open valve reaches the friction. 4 and 16 ms do, too; without it one of 400 moves of 1 mm on (b) takes 0.22 s.
 const STANDING_S: f64 = 8e-3;
 /// Without measured pressures: how fast the force takes up what the model does not explain, 1/s.
 const UNSEEN_RATE: f64 = 5.0;
