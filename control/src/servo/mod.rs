@@ -216,7 +216,11 @@ impl Tuning {
         let force = if begin { chambers.rest_force() } else { state.estimate.force };
         let forces = chambers.complete([f_a, f_b], supply, force);
         if begin {
+            let fresh = !state.learned;
             state.begin(self, target, read.y, measured.unwrap_or(force), forces);
+            if fresh && measured.is_none() {
+                state.body.coulomb = state.body.coulomb.min(self.unseen_coulomb);
+            }
         }
         for (slow, now) in state.forces.iter_mut().zip(forces) {
             *slow = slow.saturating_add(chambers.follow.of(now.saturating_sub(*slow)));

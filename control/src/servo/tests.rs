@@ -335,6 +335,61 @@ fn the_force_is_led_towards_the_target_only_while_the_piston_sticks() {
 }
 
 #[test]
+fn slow_motion_towards_a_standing_target_teaches_coulomb_friction_and_no_more_of_it_where_the_piston_slips() {
+    let mut tuning = tuning();
+    let (_, start, _) = tuning.start.parts();
+    let learned = |tuning: &Tuning, disturbance: f64, v: f64| {
+        let mut body = start;
+        let disturbance = Acceleration::from_num(disturbance);
+        let mut estimate = Estimate { v: Velocity::from_num(v), disturbance, ..Estimate::default() };
+        learning::learn_body(&mut body, &mut estimate, Acceleration::ZERO, true, &tuning.learning);
+        assert_eq!((body.viscous, body.mass), (start.viscous, start.mass), "slow motion says nothing of them");
+        let [coulomb, given_up] = [body.coulomb - start.coulomb, estimate.disturbance - disturbance].map(value);
+        // What is learned is no longer a disturbance.
+        assert!((coulomb - given_up * v.signum()).abs() < 1e-6, "{coulomb} {given_up}");
+        coulomb
+    };
+    // 40/s over a millisecond.
+    for (disturbance, v, wanted) in [(-0.5, 0.01, 0.02), (0.5, 0.01, -0.02), (0.5, -0.01, 0.02), (-0.5, -0.01, -0.02)] {
+        assert!((learned(&tuning, disturbance, v) - wanted).abs() < 1e-4, "{disturbance} {v}");
+    }
+    tuning.learning.slips = true;
+    assert_eq!(learned(&tuning, -0.5, 0.01), 0.0, "what holds it back may be static friction");
+    assert!(learned(&tuning, 0.5, 0.01) < 0.0);
+}
+
+#[test]
+fn a_run_begins_with_the_means_of_its_first_samples_and_without_a_velocity() {
+    let tuning = tuning();
+    let start = metres(0.02);
+    let mut estimate = Estimate { y: start, force: Acceleration::ZERO, ..Estimate::default() };
+    let samples = [40e-6, -20e-6, 10e-6, -50e-6];
+    for (k, noise) in samples.iter().enumerate() {
+        let force = Acceleration::from_num(noise * 1e5);
+        estimate.correct_standing(metres(0.02 + noise), Some(force), k as u16 + 1);
+    }
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    assert!((value(estimate.y) - 0.02 - mean).abs() < 2e-7, "{estimate:?}");
+    assert!((value(estimate.force) - mean * 1e5).abs() < 1e-4 && estimate.v == 0, "{estimate:?}");
+    assert!((value(estimate.force) + value(estimate.disturbance)).abs() < 1e-6, "the piston stands: {estimate:?}");
+    assert_eq!(tuning.standing_ticks, 8);
+}
+
+#[test]
+fn without_pressures_a_run_begins_with_less_friction_since_too_much_is_hardly_unlearned() {
+    let tuning = tuning();
+    let begun = |chambers: [Option<Pressure>; 2]| {
+        let mut state = ServoState::default();
+        let readings = Readings { y: Position::ZERO, chambers, supply: None };
+        tuning.step(&mut state, true, Position::ZERO, &readings);
+        value(state.body.coulomb) / value(tuning.learning.coulomb)
+    };
+    let measured = Some(Pressure::from_num(3));
+    assert!((begun([measured; 2]) - 0.95).abs() < 1e-3);
+    assert!((begun([measured, None]) - 0.8).abs() < 1e-3 && (begun([None; 2]) - 0.8).abs() < 1e-3);
+}
+
+#[test]
 fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_bounds() {
     let tuning = tuning();
     let rest = tuning.chambers.rest;

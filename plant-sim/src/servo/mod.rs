@@ -139,6 +139,9 @@ impl Servo {
             self.stream = Stream::at(target);
             self.estimate = Estimate { y: readings.y, force, disturbance: -force, ..self.estimate };
             self.pressures = read;
+            if seen.is_none() {
+                self.body.coulomb = self.body.coulomb.min(tuning.unseen_coulomb);
+            }
         }
         for (slow, now) in self.pressures.iter_mut().zip(read) {
             *slow += (t * PRESSURE_RATE).min(1.0) * (now - *slow);

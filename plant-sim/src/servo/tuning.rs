@@ -29,6 +29,8 @@ pub struct Tuning {
     pub coulomb: f64,
     /// Part of it that is compensated before any is learned.
     pub coulomb_start: f64,
+    /// Coulomb friction compensated at most where pressures are not measured, N.
+    pub unseen_coulomb: f64,
     /// How fast it is learned in slow motion towards a standing target, 1/s.
     pub slow_learn: f64,
     /// Ticks after power-on in which the piston still stands.
@@ -125,6 +127,7 @@ impl Tuning {
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
             coulomb_start: if stick_slip { 0.8 } else { 0.95 },
+            unseen_coulomb: 0.8 * friction.coulomb_n,
             slow_learn: 40.0,
             standing_ticks: (8e-3 / tick_s) as u32,
             unlearn: 0.1,
