@@ -126,7 +126,7 @@ impl Tuning {
             bristle_stiffness: friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: if stick_slip { 0.8 } else { 0.95 },
+            coulomb_start: if stick_slip { 0.8 } else { 0.92 },
             unseen_coulomb: 0.8 * friction.coulomb_n,
             slow_learn: 40.0,
             standing_ticks: (8e-3 / tick_s) as u32,
