@@ -13,6 +13,9 @@ use rayon::prelude::*;
 
 const LAG_S: f64 = 1.7e-3;
 const ZONE_V: f64 = 0.42;
+/// What can be given: the study, then constants of the law, most as a factor.
+const NAMES: &str = "seeds draws draws_mm first noise friction hz lost moves streams sines sine_hz list trace seed drawn ticks every \
+                     w wo J A V fr blend sg sf sv st he hl hs hf hb hm jt fc0 ul lg lz lf";
 
 fn nominal(case: char) -> (Rig<f64>, f64) {
     let (mut rig, longest) = match case {
@@ -27,6 +30,18 @@ fn nominal(case: char) -> (Rig<f64>, f64) {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    for argument in &arguments {
+        let known = match argument.split_once('=') {
+            Some((name, number)) => {
+                NAMES.split_whitespace().any(|known| known == name) && number.parse::<f64>().is_ok()
+            }
+            None => argument == "tick" || argument.chars().all(|case| "abc".contains(case)),
+        };
+        if !known {
+            eprintln!("`{argument}` is not known; there are cases (`abc`), `tick`, and `NAME=NUMBER` of: {NAMES}");
+            std::process::exit(2);
+        }
+    }
     let value =
         |name: &str| arguments.iter().find_map(|a| a.strip_prefix(name)?.strip_prefix('=')?.parse::<f64>().ok());
     let in_tick = arguments.iter().any(|a| a == "tick");
@@ -58,6 +73,7 @@ fn main() {
             ("hs", &mut tuning.hold_speed),
             ("hf", &mut tuning.hold_force),
             ("hb", &mut tuning.hold_band),
+            ("hm", &mut tuning.hold_margin),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }

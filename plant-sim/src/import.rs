@@ -5,8 +5,10 @@
 //! is SI as the log format wants it. [`suggest`] drafts a mapping from a table.
 
 mod cells;
+mod columns;
 mod convert;
 mod hints;
+mod rows;
 mod separator;
 mod stamps;
 pub mod suggest;

@@ -7,9 +7,9 @@
 use crate::fault::{Fault, Kind};
 use crate::rig;
 use crate::runner::{Outcome, host_target, run, run_observed};
-use crate::scenario::{Expect, MonitorChoice, ReferenceSegment, Scenario, Start};
+use crate::scenario::{Expect, MonitorChoice, ReferenceSegment, Scenario, ScheduledCommand, Start};
 use crate::target::{Target, TargetError, TickOutput};
-use control::{AdcCode, Channel, DacCode, Inputs, LawChoice, Mode, Parameters, twin};
+use control::{AdcCode, Channel, DacCode, Inputs, LawChoice, Mode, OperatorCommand, Parameters, twin};
 use plant_sim::CodeNoise;
 use plant_sim::servo::{Readings, Servo, Tuning};
 use rand::rngs::SmallRng;
@@ -111,6 +111,12 @@ pub struct Tally {
     pub worst_excursion_m: f64,
     /// The same without protection, m.
     pub worst_unprotected_m: f64,
+    /// Soonest that the piston went [`THREAT_M`] beyond the fault-free run, protected, in any run, s after the fault.
+    pub soonest_s: Option<f64>,
+    /// Furthest the piston went outside the span of where it was and where it was sent, protected, in any run, m.
+    pub furthest_m: f64,
+    /// Furthest that the piston went beyond both the fault-free run and one whose valve closes when the fault would strike, m.
+    pub beyond_closed_m: f64,
     /// Threatening runs that were not caught within [`GOAL_S`], as sentences.
     pub late: Vec<String>,
     /// How often each reason was given, in all runs.
@@ -256,13 +262,23 @@ pub fn study(row: &Row, law: LawChoice, seed: u64, seeds: u64) -> Result<Tally, 
             );
             let [bare, undisturbed] =
                 [unprotected(&spoilt)?, unprotected(&healthy)?].map(|outcome| outcome.excursion_m);
-            Ok((run(&spoilt)?, bare, undisturbed, where_and_when))
+            // What coasting alone comes to: no fault, but the valve is closed the moment it would strike.
+            let at_s = spoilt.fault[0].at_s;
+            let closed = vec![ScheduledCommand { at_s, command: OperatorCommand::Disarm }];
+            let closed = run(&Scenario { command: closed, ..healthy })?.excursion_m;
+            Ok((run(&spoilt)?, [bare, undisturbed, closed], where_and_when))
         })
         .collect::<Result<_, TargetError>>()?;
     let mut result = Tally { runs: runs.len(), ..Tally::default() };
-    for (protected, unprotected_m, healthy_m, where_and_when) in runs {
+    for (protected, [unprotected_m, healthy_m, closed_m], where_and_when) in runs {
+        result.beyond_closed_m = result.beyond_closed_m.max(protected.excursion_m - closed_m.max(healthy_m));
         let excess_m = (protected.excursion_m - healthy_m).max(0.0);
         result.worst_excursion_m = result.worst_excursion_m.max(excess_m);
+        result.furthest_m = result.furthest_m.max(protected.excursion_m);
+        let beyond_mm = (1.0e3 * (healthy_m + THREAT_M)).ceil() as usize;
+        if let Some(&after_s) = protected.millimetres_s.get(beyond_mm - 1) {
+            result.soonest_s = Some(result.soonest_s.map_or(after_s, |soonest_s| soonest_s.min(after_s)));
+        }
         result.worst_unprotected_m = result.worst_unprotected_m.max(unprotected_m - healthy_m);
         if let Some((reason, _)) = protected.tripped {
             *result.reasons.entry(reason.as_str()).or_default() += 1;
@@ -310,6 +326,21 @@ pub fn table_line(row: &Row, r: &Tally) -> String {
     let _ = write!(line, "{:.0} | {reasons} |", 1e3 * r.worst_excursion_m);
     line
 }
+
+/// One line of the comparison of both laws.
+#[must_use]
+pub fn comparison_line(row: &Row, paper: &Tally, servo: &Tally) -> String {
+    let mut line = format!("| {} |", row.label);
+    for tally in [paper, servo] {
+        let soonest = tally.soonest_s.map_or("–".to_owned(), |after_s| format!("{:.0}", 1e3 * after_s));
+        let _ = write!(line, " {soonest} | {:.0} | {:.0} |", 1e3 * tally.furthest_m, 1e3 * tally.beyond_closed_m);
+    }
+    line
+}
+
+/// The head of the comparison.
+pub const COMPARISON_HEAD: &str = "| fault | paper's law: soonest, ms | furthest, mm | beyond coasting, mm | positioning law: soonest, ms | furthest, mm | beyond coasting, mm |
+| --- | --- | --- | --- | --- | --- | --- |";
 
 /// The table's head.
 pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 20 ms | worst time, ms | kept within 10 mm | missed | protected, mm | safe state reached (runs) |

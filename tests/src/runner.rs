@@ -20,6 +20,8 @@ pub struct Outcome {
     /// Furthest the piston went, after the first fault, outside the span of where it was then and where it was sent
     /// afterwards, m.
     pub excursion_m: f64,
+    /// Entry `k` is the time from the first fault until that excursion reached `k + 1` mm, s.
+    pub millimetres_s: Vec<f64>,
     /// Largest |position − reference| in the last tenth, m.
     pub final_error_m: f64,
     /// Furthest beyond the last reference, seen from where the piston began, m.
@@ -117,6 +119,7 @@ pub fn run_observed(
         end: Mode::Boot,
         tripped: None,
         excursion_m: 0.0,
+        millimetres_s: Vec::new(),
         final_error_m: 0.0,
         overshoot_m: 0.0,
         fingerprint: 0xcbf2_9ce4_8422_2325,
@@ -188,6 +191,8 @@ pub fn run_observed(
             let (low, high) = span.get_or_insert((state.y_m, state.y_m));
             (*low, *high) = (low.min(reference_m), high.max(reference_m));
             outcome.excursion_m = outcome.excursion_m.max(*low - state.y_m).max(state.y_m - *high);
+            let millimetres = (1.0e3 * outcome.excursion_m) as usize;
+            outcome.millimetres_s.resize(millimetres.max(outcome.millimetres_s.len()), t_s - onset_s);
         }
         outcome.overshoot_m = outcome.overshoot_m.max((state.y_m - last_reference) * direction);
         if n >= ticks - ticks / 10 - 1 {

@@ -2,7 +2,7 @@
 
 use control::{Channel, LawChoice};
 use scenarios::fault::Kind;
-use scenarios::reliability::{RIGS, normal_running, rows, study};
+use scenarios::reliability::{RIGS, THREAT_M, normal_running, rows, study};
 
 fn select(choose: impl Fn(Kind, Option<Channel>) -> bool) -> Vec<scenarios::reliability::Row> {
     let rows: Vec<_> = rows().into_iter().filter(|row| choose(row.fault.kind, row.fault.channel)).collect();
@@ -17,6 +17,8 @@ fn a_position_that_vanishes_is_always_caught_in_20_ms_and_the_piston_goes_no_fur
         assert!(tally.threatening >= 3, "{}: the study itself has gone blunt: {tally:?}", row.label);
         assert_eq!((tally.in_time, tally.missed), (tally.threatening, 0), "{}: {tally:?}", row.label);
         assert!(tally.worst_excursion_m < 0.06, "{}: {tally:?}", row.label);
+        // What the fault itself adds to a valve that closes at once.
+        assert!(tally.beyond_closed_m < THREAT_M, "{}: {tally:?}", row.label);
     }
 }
 

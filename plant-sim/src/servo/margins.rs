@@ -73,7 +73,7 @@ const LOST: f64 = 0.4;
 /// Time of a move of `distance` m, s; infinite where none settles for certain. The reference's, and one time constant of the law
 /// as long as delay and lag leave it 0.8 of the bandwidth that the air's jerk calls for: measured moves of 10 mm and more on the paper's cylinders
 /// take this within a tenth; one of a millimetre takes up to twice as long, until the friction is known. With less the piston swings before it settles:
-/// in simulation (`plant-sim/tests/verdicts.rs`) up to 13 time constants at 0.7 and 27 at 0.5; below 0.4 not every move settles. How long differs from move
+/// in simulation (`plant-sim/tests/command_line/verdicts.rs`) up to 13 time constants at 0.7 and 27 at 0.5; below 0.4 not every move settles. How long differs from move
 /// to move; the line is above what was seen.
 #[must_use]
 pub fn move_time_s(tuning: &Tuning, distance: f64) -> f64 {

@@ -3,7 +3,9 @@
 use clap::{Parser, ValueEnum};
 use control::LawChoice;
 use rayon::prelude::*;
-use scenarios::reliability::{GOAL_S, RIGS, TABLE_HEAD, THREAT_M, normal_running, rows, study, table_line};
+use scenarios::reliability::{
+    COMPARISON_HEAD, GOAL_S, RIGS, TABLE_HEAD, THREAT_M, comparison_line, normal_running, rows, study, table_line,
+};
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -48,6 +50,7 @@ enum Law {
 const CONDITIONS: [(f64, bool); 3] = [(0.0, false), (0.1, false), (0.0, true)];
 
 const INTRODUCTION: &str = include_str!("../reliability_introduction.md");
+const COMPARISON: &str = include_str!("../reliability_comparison.md");
 
 fn main() -> ExitCode {
     match report(&Arguments::parse()) {
@@ -72,6 +75,7 @@ fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         if law == LawChoice::Paper { " --law paper" } else { "" },
     );
     println!("{TABLE_HEAD}");
+    let mut compared = Vec::new();
     let (mut runs, mut threatening, mut in_time, mut harmless, mut missed) = (0, 0, 0, 0, 0);
     for row in rows().into_iter().filter(|row| row.label.contains(&arguments.only)) {
         let result = study(&row, law, arguments.seed, arguments.runs)?;
@@ -88,6 +92,10 @@ fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         in_time += result.in_time;
         harmless += result.harmless;
         missed += result.missed;
+        if law == LawChoice::Servo {
+            let paper = study(&row, LawChoice::Paper, arguments.seed, arguments.runs)?;
+            compared.push(comparison_line(&row, &paper, &result));
+        }
     }
     let summary = format!(
         "Of {runs} runs, the fault threatened the piston in {threatening}. In {in_time} of these it was caught within {:.0} ms, \
@@ -96,9 +104,15 @@ fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         1e3 * THREAT_M
     );
     println!("\n{summary}\n");
+    let _ = writeln!(text, "\n{summary}\n");
+    if !compared.is_empty() {
+        let table = format!("{COMPARISON_HEAD}\n{}\n", compared.join("\n"));
+        println!("{table}");
+        let _ = writeln!(text, "{COMPARISON}\n{table}");
+    }
     let _ = writeln!(
         text,
-        "\n{summary}\n\n## Normal running\n\n| rig | rig file wrong by | noise | simulated | trips | largest residual of the monitor / threshold |\n| --- | --- | --- | --- | --- | --- |"
+        "## Normal running\n\n| rig | rig file wrong by | noise | simulated | trips | largest residual of the monitor / threshold |\n| --- | --- | --- | --- | --- | --- |"
     );
 
     let cases: Vec<_> = RIGS.into_iter().flat_map(|rig| CONDITIONS.map(|condition| (rig, condition))).collect();

@@ -1,13 +1,11 @@
 //! A board finds out about its rig: dead zone, moves, diagnosis, and the step before and after.
 
-mod simulated_board;
-
+use crate::simulated_board::{Line, Simulated};
 use board_link::Parameter;
 use plant_sim::board::Client;
 use plant_sim::commission::dead_zone::SearchError;
 use plant_sim::commission::{from_rig, observe, transfer, tune};
 use rig_files::RigFile;
-use simulated_board::{Line, Simulated};
 use std::cell::RefCell;
 use std::rc::Rc;
 

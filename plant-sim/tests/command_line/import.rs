@@ -1,13 +1,10 @@
 //! Foreign tables as loggers write them: a log with what was done, or one error that names the line to write. Drafts of mappings.
 
+use crate::{program, root};
 use plant_sim::import::{Imported, Mapping, suggest};
 use proptest::prelude::*;
 use rig_files::RigFile;
-use std::path::{Path, PathBuf};
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use std::path::Path;
 
 /// A mapping of a time, a position in mm and a pressure in bar.
 fn mapping(source: &str, time: &str, more: &str) -> String {
@@ -730,7 +727,7 @@ impl Style {
     fn synthesize(&self, rig: &Path) -> rig_files::Log {
         let folder = tempfile::tempdir().expect("a folder");
         let out = folder.path().join("log.csv");
-        let done = std::process::Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+        let done = program(&root())
             .args(["synthesize", "--experiment", "identification", "--duration", "12"])
             .arg("--rig")
             .arg(rig)

@@ -1,14 +1,11 @@
 //! The commissioning of docs/commissioning.md as it is typed: the program, a terminal for a serial port, behind it the firmware's
 //! desk and loop with a simulated cylinder.
-#![cfg(unix)]
-
-mod simulated_board;
-
+use crate::simulated_board::Simulated;
+use crate::{program, root};
 use rig_files::RigFile;
 use serialport::{SerialPort, TTYPort};
-use simulated_board::Simulated;
 use std::io::{ErrorKind, Read, Write};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
@@ -61,7 +58,7 @@ impl Rig {
 
     /// Runs the program; `hand` is where the piston is put before each Enter. Returns what it printed.
     fn run(&self, arguments: &[&str], hand: &[Place], status: i32) -> String {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+        let mut child = program(&root())
             .args(["board", "--port", &self.port])
             .args(arguments)
             .stdin(Stdio::piped())

@@ -1,9 +1,8 @@
 //! `plant-sim blind` scores any program that writes `diagnosis.json`.
-#![cfg(unix)]
-
+use crate::program;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 /// A diagnosis that looks at nothing: `$7` is the folder after `--out`.
 fn fake(folder: &Path, json: &str) -> PathBuf {
@@ -15,13 +14,12 @@ fn fake(folder: &Path, json: &str) -> PathBuf {
     path
 }
 
-fn blind(folder: &Path, program: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+fn blind(folder: &Path, diagnosis: &Path, words: &str) -> Output {
+    program(folder)
         .arg("blind")
         .arg("--diagnosis")
-        .arg(program)
+        .arg(diagnosis)
         .args(words.split_whitespace())
-        .current_dir(folder)
         .output()
         .expect("plant-sim starts")
 }

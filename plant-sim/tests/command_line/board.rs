@@ -1,5 +1,6 @@
 //! The desktop talks to the firmware's own desk and control loop, over a line that loses and damages frames.
 
+use crate::root;
 use board_link::{
     Accumulator, Admission, Command, FRAME_BYTES, Generator, Parameter, Refusal, Reply, Request, Session, encode,
 };
@@ -134,8 +135,7 @@ fn a_rig_file_is_applied_as_a_whole_and_what_it_does_not_say_stays() {
 #[test]
 fn every_rig_file_of_the_project_can_be_applied() {
     let mut client = client(|_, _| ());
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs");
-    for entry in std::fs::read_dir(folder).expect("rigs") {
+    for entry in std::fs::read_dir(root().join("rigs")).expect("rigs") {
         let path = entry.expect("a file").path();
         let rig = RigFile::read(&path).expect("readable");
         let before = transfer::read(&mut client).expect("answers");

@@ -1,5 +1,6 @@
 //! The commands do what the formats promise.
 
+use crate::{program, root};
 use control::Parameters;
 use plant_model::{Effects, Rig, Simulator};
 use plant_sim::controller;
@@ -9,17 +10,10 @@ use plant_sim::{ClosedLoop, LoopSettings};
 use proptest::prelude::*;
 use rig_files::{Column, Log, RigFile};
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
 fn plant_sim() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_plant-sim"));
-    command.current_dir(root());
-    command
+    program(&root())
 }
 
 #[test]
@@ -137,7 +131,7 @@ fn a_result_that_cannot_be_printed_or_kept_is_no_success() {
 #[test]
 fn without_arguments_the_three_cylinders_run_and_the_report_says_where_it_is() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let run = Command::new(env!("CARGO_BIN_EXE_plant-sim")).current_dir(folder.path()).output().expect("runs");
+    let run = program(folder.path()).output().expect("runs");
     assert!(run.status.success());
     let text = String::from_utf8_lossy(&run.stdout);
     for words in ["paper case (a)", "paper case (b)", "paper case (c)", "Report:", "run.html"] {

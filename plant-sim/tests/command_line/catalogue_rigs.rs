@@ -1,18 +1,18 @@
 //! The positioning law on the rigs of catalogue parts (`rigs/`): unequal areas, weight, hoses, valves of ISO 6358 with a curve,
 //! seals whose static friction is a third above the Coulomb friction.
 
+use crate::root;
 use plant_sim::closed_loop::{ClosedLoop, LoopSettings};
 use plant_sim::servo::bench::{Bench, Driver, Move, step};
 use plant_sim::servo::{Servo, Tuning};
 use rayon::prelude::*;
 use rig_files::RigFile;
 use rig_files::tuning::{Pneumatics, lag_s};
-use std::path::Path;
 
 const RIGS: [&str; 4] = ["festo-dgc-25-500", "festo-dsbc-32-200", "festo-dsnu-25-100", "smc-cp96-50-300-lifting"];
 
 fn rig(name: &str) -> RigFile {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs").join(name).with_extension("toml");
+    let path = root().join("rigs").join(name).with_extension("toml");
     RigFile::read(&path).expect("a rig file")
 }
 

@@ -1,7 +1,6 @@
 //! What the positioning law learns: shown, frozen without motion, kept over power-off only by command, never beyond its limits.
 
-mod simulated_board;
-
+use crate::simulated_board::{Line, Simulated};
 use board_link::{Command, Generator, KeptError, LearnedValues, Parameter, Refusal, Reply};
 use control::Quantity;
 use firmware_core::Kept;
@@ -9,7 +8,6 @@ use plant_sim::board::{BoardError, Client};
 use plant_sim::commission::{from_rig, transfer};
 use plant_sim::{ClosedLoop, LoopSettings, controller};
 use rig_files::RigFile;
-use simulated_board::{Line, Simulated};
 use std::cell::RefCell;
 use std::rc::Rc;
 

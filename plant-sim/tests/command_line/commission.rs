@@ -1,7 +1,6 @@
 //! Calibration and the search for the dead zone, on a board with a simulated cylinder.
 
-mod simulated_board;
-
+use crate::simulated_board::{Line, Simulated};
 use board_link::Parameter;
 use plant_sim::board::Client;
 use plant_sim::commission::calibrate::{Calibration, CalibrationError, Channel, measure};
@@ -9,7 +8,6 @@ use plant_sim::commission::dead_zone::{Search, SearchError, search};
 use plant_sim::commission::observe::{self, status};
 use plant_sim::commission::{from_rig, transfer};
 use rig_files::RigFile;
-use simulated_board::{Line, Simulated};
 use std::cell::RefCell;
 use std::rc::Rc;
 

@@ -1,15 +1,15 @@
 //! `plant-sim synthesize` and `plant-sim experiment` from the outside.
 
+use crate::{program, root};
 use rig_files::{Column, Log};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn plant_sim(folder: &Path, arguments: &[&str]) -> Output {
-    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/paper-c.toml");
-    Command::new(env!("CARGO_BIN_EXE_plant-sim"))
-        .args([arguments[0], "--rig", rig])
+    program(folder)
+        .args([arguments[0], "--rig"])
+        .arg(root().join("rigs/paper-c.toml"))
         .args(&arguments[1..])
-        .current_dir(folder)
         .output()
         .expect("plant-sim starts")
 }
@@ -37,15 +37,14 @@ fn the_same_seed_gives_the_same_log_and_the_truth_is_told_only_on_request() {
 
 /// The rig of the other tests, as a file of its own, with the effects written below it.
 fn rig_with(folder: &Path, effects: &str) {
-    let rig = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../rigs/paper-c.toml")).expect("shipped");
+    let rig = std::fs::read_to_string(root().join("rigs/paper-c.toml")).expect("shipped");
     std::fs::write(folder.join("rig.toml"), rig + effects).expect("written");
 }
 
 fn of_its_own(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+    program(folder)
         .args("synthesize --rig rig.toml --seed 4 --duration 3".split(' '))
         .args(arguments.split_whitespace())
-        .current_dir(folder)
         .output()
         .expect("plant-sim starts")
 }

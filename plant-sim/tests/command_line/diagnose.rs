@@ -1,20 +1,16 @@
 //! `plant-sim diagnose` and `plant-sim friction` do what the formats promise, and find what is in real recordings.
 
+use crate::{program, root};
 use diagnosis::{OffCentre, friction_map};
 use plant_sim::import::Mapping;
 use rig_files::{Log, RigFile};
 use serde_json::Value;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use std::path::Path;
+use std::process::Output;
 
 fn plant_sim(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_plant-sim"));
-    command.current_dir(root()).args(arguments).output().expect("runs")
+    program(&root()).args(arguments).output().expect("runs")
 }
 
 fn text(path: &Path) -> &str {

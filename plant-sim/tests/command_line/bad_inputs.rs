@@ -1,14 +1,11 @@
 //! What a user gets wrong: every case ends with exit status 2, one error that names the place and the remedy, and no output.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use crate::{program, root};
+use std::path::Path;
+use std::process::Output;
 
 fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plant-sim")).args(arguments).current_dir(folder).output().expect("runs")
+    program(folder).args(arguments).output().expect("runs")
 }
 
 /// A folder with good and bad files.

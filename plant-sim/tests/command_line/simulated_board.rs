@@ -1,7 +1,5 @@
 //! The firmware's desk and control loop around a simulated cylinder, as a port: time passes with every request.
 
-#![allow(dead_code, reason = "every test file uses a part of it")]
-
 use board_link::{Accumulator, Admission, FRAME_BYTES, Refusal, Reply, Request, Session, encode};
 use control::ExternalFaults;
 use firmware_core::{Action, ControlLoop, Desk, Recent, Settings, Snapshot};

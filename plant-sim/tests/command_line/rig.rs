@@ -1,8 +1,9 @@
 //! `plant-sim rig`, and the set-ups in `rigs/` that it wrote.
 
+use crate::{program, root};
 use rig_files::RigFile;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::PathBuf;
+use std::process::{Output, Stdio};
 
 /// The shipped set-ups: file, and the arguments it was written with.
 const SHIPPED: [(&str, &[&str]); 5] = [
@@ -135,12 +136,11 @@ const SHIPPED: [(&str, &[&str]); 5] = [
 ];
 
 fn rig(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_plant-sim"));
-    command.arg("rig").args(arguments).stdin(Stdio::null()).output().expect("plant-sim runs")
+    program(&root()).arg("rig").args(arguments).stdin(Stdio::null()).output().expect("plant-sim runs")
 }
 
 fn path(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs").join(file)
+    root().join("rigs").join(file)
 }
 
 #[test]

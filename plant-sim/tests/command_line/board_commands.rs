@@ -1,10 +1,11 @@
 //! `plant-sim record` and `board` with what a user gets wrong: one error with a remedy, no panic, no half-written log.
 
+use crate::{program, root};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
 fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_plant-sim")).args(arguments).current_dir(folder).output().expect("runs")
+    program(folder).args(arguments).output().expect("runs")
 }
 
 #[track_caller]
@@ -88,7 +89,7 @@ fn a_file_to_apply_is_refused_with_line_key_and_remedy_before_a_board_is_looked_
 
 #[test]
 fn a_reader_that_goes_away_is_no_panic() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_plant-sim"))
+    let mut child = program(&root())
         .args(["board", "parameters"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -101,7 +102,7 @@ fn a_reader_that_goes_away_is_no_panic() {
 
 #[test]
 fn the_list_of_parameters_shows_the_controllers_own_ranges_and_defaults() {
-    let output = Command::new(env!("CARGO_BIN_EXE_plant-sim")).args(["board", "parameters"]).output().expect("runs");
+    let output = program(&root()).args(["board", "parameters"]).output().expect("runs");
     let list = String::from_utf8_lossy(&output.stdout).into_owned();
     for key in control::Key::ALL.into_iter().filter(|key| board_link::Parameter::from_name(key.row().key).is_some()) {
         let row = key.row();

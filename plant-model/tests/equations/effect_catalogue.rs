@@ -11,7 +11,7 @@ fn page() -> String {
         "# Effects: what real rigs add to the paper's model\n\n\
          Each effect is a table `[effects.ID]` in the rig file, lives in a file of its own in `plant-model/src/effects/`\n\
          and has a neutral setting that gives back the paper's model bit for bit. Effects compose. `n`: the rig's own\n\
-         value. [How to add one](adding-an-effect.md). `cargo test -p plant-model --test effect_catalogue` fails if this page and the code differ;\n\
+         value. [How to add one](adding-an-effect.md). `cargo test -p plant-model --test equations effect_catalogue` fails if this page and the code differ;\n\
          `UPDATE_DOCS=1` before the command rewrites it.\n",
     );
     for effect in Effect::ALL {
