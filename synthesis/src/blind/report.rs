@@ -366,7 +366,7 @@ fn said(entry: &Entry) -> String {
 pub fn case_lines(entries: &[Entry]) -> String {
     let mut text = String::from(
         "case,class,nominal,rig,experiment,hidden,outcome,verdict,named,ties,parameters_good,parameters_covered,\
-         parameters,worst_floor_ratio,seconds\n",
+         parameters,in_standard_errors,worst_floor_ratio,seconds\n",
     );
     for entry in entries {
         let describe = |causes: &[Cause]| causes.iter().map(Cause::describe).collect::<Vec<_>>().join(" ");
@@ -379,10 +379,14 @@ pub fn case_lines(entries: &[Entry]) -> String {
             Err(_) => ("", String::new(), String::new()),
         };
         let parameters = entry.score.as_ref().map_or(&[][..], |score| &score.parameters);
+        let errors = parameters.iter().map(|p| {
+            let error = (p.value - p.truth).signum() * p.in_std_errors;
+            format!("{}:{}={error:.2}", p.effect, p.name)
+        });
         // Writing to a String cannot fail.
         let _ = writeln!(
             text,
-            "{},{},{},{},{},\"{}\",{},{verdict},{named},{ties},{},{},{},{},{:.3}",
+            "{},{},{},{},{},\"{}\",{},{verdict},{named},{ties},{},{},{},{},{},{:.3}",
             entry.plan,
             entry.plan.class.word(),
             entry.plan.nominal.word(),
@@ -393,6 +397,7 @@ pub fn case_lines(entries: &[Entry]) -> String {
             parameters.iter().filter(|p| p.is_good()).count(),
             parameters.iter().filter(|p| p.is_covered()).count(),
             parameters.len(),
+            errors.collect::<Vec<_>>().join(" "),
             entry.score.as_ref().and_then(|s| s.worst_floor_ratio).map_or(String::new(), |r| format!("{r:.3}")),
             entry.took.as_secs_f64()
         );
