@@ -36,6 +36,7 @@ mod rig;
 mod right_hand_side;
 mod rosenbrock;
 mod sensors;
+pub mod similarity;
 mod simulator;
 mod stepper;
 pub mod valve_flow;

@@ -41,6 +41,8 @@ impl Problem<'_> {
                 meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
             }
         }
+        let measured = self.measured_curvature(&fit, &matrix);
+        let [matrix, meat] = [matrix, meat].map(|of| measured.transpose() * of * &measured);
         if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
             let mut covariance = &inverse * meat * &inverse;
             for i in 0..n {

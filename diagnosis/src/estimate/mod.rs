@@ -9,4 +9,5 @@ pub(crate) mod effort;
 pub(crate) mod likelihood;
 pub(crate) mod noise_level;
 pub(crate) mod optimiser;
+pub(crate) mod principal_axes;
 pub(crate) mod problem;

@@ -224,7 +224,7 @@ fn step_to(p: &Parameter, value: f64, to: f64) -> f64 {
 }
 
 /// The values after a step given in scales, kept within bounds.
-fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec<f64> {
+pub(super) fn limited(parameters: &[Parameter], values: &[f64], step: &DVector<f64>) -> Vec<f64> {
     let all = parameters.iter().zip(values).enumerate();
     all.map(|(i, (p, v))| moved(p, *v, step[i]).clamp(p.min, p.max)).collect()
 }

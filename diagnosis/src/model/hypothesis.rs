@@ -4,6 +4,8 @@ use super::effects::channels;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::Channels;
+use nalgebra::DVector;
+use plant_model::similarity::size_exponent;
 use plant_model::{Effect, Effects, Plant};
 use rig_files::RigFile;
 
@@ -143,6 +145,23 @@ impl Hypothesis {
             };
             *value = (*value * by).clamp(parameter.min, parameter.max);
         }
+    }
+
+    /// How the parameters change, in their scales, as the cross-section and what goes with it grow by a common factor: per logarithm
+    /// of the factor. See [`plant_model::similarity`]. `None` where the areas are as stated.
+    pub(crate) fn direction_of_similarity(&self) -> Option<DVector<f64>> {
+        if !self.effects.contains(&Effect::PistonArea) {
+            return None;
+        }
+        let change = |(parameter, value): (&Parameter, &f64)| {
+            let exponent = match parameter.slot {
+                Slot::Nominal(key) => size_exponent(key.name),
+                Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
+                Slot::Term(_) | Slot::SupplySensor => 0,
+            };
+            f64::from(exponent) * value / parameter.scale
+        };
+        Some(DVector::from_iterator(self.values.len(), self.parameters.iter().zip(&self.values).map(change)))
     }
 
     /// Multiplies some nominal values, as far as their bounds allow.

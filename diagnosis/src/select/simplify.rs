@@ -14,7 +14,7 @@ pub(crate) fn drop_uncertain(
     mut alternatives: Vec<Option<Alternatives>>,
 ) -> (Fit, Vec<Option<Alternatives>>) {
     loop {
-        best = problem.with_errors(best);
+        best = problem.with_errors(problem.down_its_valleys(best));
         let place = best.hypothesis.effects.iter().position(|effect| uncertain(&best, *effect));
         let Some(place) = place else { return (best, alternatives) };
         let effect = best.hypothesis.effects[place];

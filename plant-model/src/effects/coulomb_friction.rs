@@ -48,6 +48,7 @@ impl Definition for CoulombFriction {
     const IDENTIFICATION: &'static Identification = &Identification {
         stands_for: StandsFor::FactorOn(&["friction.coulomb_n"]),
         carries_along: &["friction.static_n"],
+        size_exponents: [1, 0, 0],
         starts_fitted: 2,
         confused_with: &[Confusion {
             with: Effect::FrictionPressure,

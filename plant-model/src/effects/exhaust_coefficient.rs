@@ -33,6 +33,7 @@ impl Definition for ExhaustCoefficient {
             "valve.exhaust_conductance_m3_per_s_pa",
         ]),
         length_exponents: [-1, 0, 0],
+        size_exponents: [1, 0, 0],
         ..Identification::on(
             Balances::MASS,
             &[

@@ -40,6 +40,7 @@ impl Definition for FillCoefficient {
     const IDENTIFICATION: &'static Identification = &Identification {
         stands_for: StandsFor::FactorOn(&["valve.fill_coefficient_kg_per_s_pa", "valve.fill_conductance_m3_per_s_pa"]),
         length_exponents: [-1, 0, 0],
+        size_exponents: [1, 0, 0],
         confused_with: &[
             Confusion {
                 with: Effect::SupplyDroop,

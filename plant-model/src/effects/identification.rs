@@ -303,6 +303,9 @@ pub struct Identification {
     pub moves_in_step: &'static [(&'static str, i8)],
     /// How its own parameters change when lengths read too long by a factor: the exponents, −1, 0 or 1.
     pub length_exponents: [i8; MAX_PARAMETERS],
+    /// How those of its parameters that are factors change with the cross-section, see [`crate::similarity`]: 1 for a factor on an area,
+    /// a force or a flow. What has a unit is told by that.
+    pub size_exponents: [i8; MAX_PARAMETERS],
     /// How many of its starting values are fitted: several where the misfit has several minima.
     pub starts_fitted: usize,
     /// The starting values form a grid over several minima: of neighbours only the best counts.
@@ -338,6 +341,7 @@ impl Identification {
             carries_along: &[],
             moves_in_step: &[],
             length_exponents: [0; MAX_PARAMETERS],
+            size_exponents: [0; MAX_PARAMETERS],
             starts_fitted: 1,
             starts_form_a_grid: false,
             acts_locally: false,

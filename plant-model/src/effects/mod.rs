@@ -218,6 +218,13 @@ impl Effect {
         Self::ALL.into_iter().filter_map(move |other| Some((other, self.confusion_with(other)?)))
     }
 
+    /// How one of its parameters changes with the cross-section, see [`crate::similarity`].
+    #[must_use]
+    pub fn size_exponent(self, parameter: usize) -> i8 {
+        let by_unit = crate::similarity::size_exponent(self.info().parameters[parameter].name);
+        by_unit + self.identification().size_exponents[parameter]
+    }
+
     /// The effects that no log of these sensors tells from this one.
     pub fn structural_ties(self) -> impl Iterator<Item = Self> {
         self.confused_with()

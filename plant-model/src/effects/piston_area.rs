@@ -48,6 +48,7 @@ impl Definition for PistonArea {
     const IDENTIFICATION: &'static Identification = &Identification {
         needs: Needs::BothPressures,
         length_exponents: [-1, -1, 0],
+        size_exponents: [1, 1, 0],
         confused_with: &[
             Confusion {
                 with: Effect::PositionScale,

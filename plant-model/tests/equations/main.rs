@@ -7,4 +7,5 @@ mod one_balance_at_a_time;
 mod paper_statements;
 mod recorded_trajectories;
 mod robustness;
+mod similarity;
 mod single_precision;

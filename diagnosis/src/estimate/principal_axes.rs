@@ -1,0 +1,194 @@
+//! The directions in which the data say least: their curvature measured, and the cost brought down along them.
+//!
+//! There the derivatives by single parameters nearly cancel. What a difference quotient leaves of each, by curvature and by
+//! breakaways that move to another moment, does not cancel and passes for information: a fit stops half-way along a valley, with
+//! standard errors far too small. So the cost itself is looked at, along the eigenvectors of the normal matrix (the principal axes
+//! of Brent 1973) with steps as long as their standard deviations, and along the direction of similarity
+//! ([`plant_model::similarity`]), which no log shows at all.
+
+use super::derivatives::Jacobian;
+use super::likelihood::Residuals;
+use super::optimiser::limited;
+use super::problem::{Fit, Problem};
+use crate::constants;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Parameter;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A direction in parameters' scales, of length one, and the step along it at which the cost is looked at.
+struct Axis {
+    direction: DVector<f64>,
+    step: f64,
+}
+
+/// The parabola through three costs along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Parabola {
+    slope: f64,
+    curvature: f64,
+}
+
+impl Parabola {
+    fn through([below, middle, above]: [f64; 3], step: f64) -> Self {
+        Self { slope: (above - below) / (2.0 * step), curvature: (above - 2.0 * middle + below) / (step * step) }
+    }
+
+    /// Where the cost is least, as far as the parabola can be trusted; downhill where it has no minimum.
+    fn minimum(self, step: f64) -> f64 {
+        let farthest = constants::axis_reach() * step;
+        let least = -self.slope / self.curvature;
+        if self.curvature > 0.0 && least.is_finite() {
+            least.clamp(-farthest, farthest)
+        } else {
+            -self.slope.signum() * farthest
+        }
+    }
+}
+
+impl Problem<'_> {
+    /// A fit brought down along its principal axes until that gains no more.
+    pub(crate) fn down_its_valleys(&self, mut fit: Fit) -> Fit {
+        for _ in 0..constants::axis_rounds() {
+            let begun = fit.cost(self);
+            let Some(matrix) = self.curvature_at(&fit) else { break };
+            for axis in axes(&fit.hypothesis, &matrix).iter().rev() {
+                fit = self.down_along(fit, axis);
+            }
+            if begun - fit.cost(self) < constants::converged() {
+                break;
+            }
+            if let Some(again) = self.refit(fit.hypothesis.clone(), self.judgeable, constants::iterations())
+                && again.cost(self) < fit.cost(self)
+            {
+                fit = again;
+            }
+        }
+        fit
+    }
+
+    /// The normal matrix at a fit.
+    fn curvature_at(&self, fit: &Fit) -> Option<DMatrix<f64>> {
+        let Jacobian { base, columns, .. } = self.jacobian(fit)?;
+        let references: Vec<&Residuals> = columns.iter().collect();
+        Some(self.normal(&fit.hypothesis, &fit.hypothesis.values, &base, &references, None).0)
+    }
+
+    /// The fit at the least cost along an axis, or the same.
+    fn down_along(&self, fit: Fit, axis: &Axis) -> Fit {
+        let Some((parabola, step)) = self.parabola(&fit, axis) else { return fit };
+        let trial = moved(&fit.hypothesis, &axis.direction, parabola.minimum(step));
+        self.evaluate_as_is(trial).filter(|trial| trial.cost(self) < fit.cost(self)).unwrap_or(fit)
+    }
+
+    /// The cost along an axis, and the step it was looked at with: as far as the bounds allow on both sides.
+    fn parabola(&self, fit: &Fit, axis: &Axis) -> Option<(Parabola, f64)> {
+        let h = &fit.hypothesis;
+        let room = |k: usize| {
+            let (p, value) = (&h.parameters[k], h.values[k]);
+            (p.max - value).min(value - p.min) / (axis.direction[k].abs() * p.scale)
+        };
+        let step = (0..h.values.len()).map(room).fold(axis.step, f64::min);
+        if step < constants::step_smooth() {
+            return None;
+        }
+        let cost = |step: f64| Some(self.evaluate_as_is(moved(h, &axis.direction, step))?.cost(self));
+        let (below, above) = rayon::join(|| cost(-step), || cost(step));
+        Some((Parabola::through([below?, fit.cost(self), above?], step), step))
+    }
+
+    /// The curvature of the cost along an axis. Between breakaways that move to another moment it can be negative; then longer steps
+    /// tell. `None` if they do not.
+    fn curvature_along(&self, fit: &Fit, axis: &Axis) -> Option<f64> {
+        let longer = std::iter::successors(Some(axis.step), |step| Some(2.0 * step));
+        let steps = longer.take_while(|step| *step <= constants::axis_reach() * axis.step);
+        let at = |step: f64| Some(self.parabola(fit, &Axis { direction: axis.direction.clone(), step })?.0.curvature);
+        steps.filter_map(at).find(|curvature| *curvature > 0.0)
+    }
+
+    /// A transformation `T` of the parameters after which the normal matrix `H` of a fit, as `T' H T`, has the curvature of the cost
+    /// along its flat axes.
+    pub(super) fn measured_curvature(&self, fit: &Fit, matrix: &DMatrix<f64>) -> DMatrix<f64> {
+        let axes = axes(&fit.hypothesis, matrix);
+        let measured: Vec<Option<f64>> = axes.par_iter().map(|axis| self.curvature_along(fit, axis)).collect();
+        let n = matrix.nrows();
+        let mut transformation = DMatrix::identity(n, n);
+        for (axis, curvature) in axes.iter().zip(measured) {
+            let Some(curvature) = curvature else { continue };
+            let d = &axis.direction;
+            let stated = (&transformation * d).dot(&(matrix * (&transformation * d)));
+            let part = (curvature / stated).sqrt();
+            // Errors of the derivatives make a valley too narrow, never too wide.
+            if part < 1.0 {
+                transformation += (&transformation * d) * d.transpose() * (part - 1.0);
+            }
+        }
+        transformation
+    }
+}
+
+/// A hypothesis moved along a direction.
+fn moved(hypothesis: &Hypothesis, direction: &DVector<f64>, step: f64) -> Hypothesis {
+    let mut out = hypothesis.clone();
+    out.values = limited(&hypothesis.parameters, &hypothesis.values, &(direction * step));
+    out.put_in_order();
+    out
+}
+
+/// The flat axes of a normal matrix, the flattest last: those along which a standard deviation is more than the step of a difference
+/// quotient. What is at a bound stays there.
+fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
+    // Neither has eigenvectors.
+    if matrix.is_empty() || matrix.iter().any(|entry| !entry.is_finite()) {
+        return Vec::new();
+    }
+    let mut matrix = matrix.clone();
+    let largest = matrix.diagonal().max();
+    for (k, (parameter, value)) in hypothesis.parameters.iter().zip(&hypothesis.values).enumerate() {
+        if at_bound(parameter, *value) {
+            matrix.row_mut(k).fill(0.0);
+            matrix.column_mut(k).fill(0.0);
+            matrix[(k, k)] = largest;
+        }
+    }
+    let eigen = matrix.symmetric_eigen();
+    let pairs = eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues);
+    // A parameter moves by a scale at most.
+    let axis = |(direction, curvature): (nalgebra::DVectorView<'_, f64>, &f64)| Axis {
+        direction: direction.into_owned(),
+        step: 1.0 / curvature.max(1.0).sqrt(),
+    };
+    let mut axes: Vec<Axis> = pairs.map(axis).filter(|axis| axis.step > constants::step_smooth()).collect();
+    axes.sort_by(|a, b| a.step.total_cmp(&b.step));
+    if let Some(similar) = hypothesis.direction_of_similarity() {
+        let length = similar.norm();
+        axes.push(Axis { direction: similar / length, step: constants::similarity_step() * length });
+    }
+    axes
+}
+
+/// Whether a parameter is at a bound, as far as steps go.
+fn at_bound(parameter: &Parameter, value: f64) -> bool {
+    (parameter.max - value).min(value - parameter.min) < constants::step_smooth() * parameter.scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parabola_leads_to_its_minimum_or_as_far_downhill_as_it_is_trusted() {
+        let reach = constants::axis_reach();
+        // Costs (x - 0.3)^2, 2 x^2 + 1, a slope, a summit, a minimum out of reach.
+        for (cost, expected) in [
+            ((|x| (x - 0.3) * (x - 0.3)) as fn(f64) -> f64, 0.3),
+            (|x| 2.0 * x * x + 1.0, 0.0),
+            (|x| 3.0 * x, -0.5 * reach),
+            (|x| -x * x - 0.1 * x, 0.5 * reach),
+            (|x| (x - 100.0) * (x - 100.0), 0.5 * reach),
+        ] {
+            let found = Parabola::through([cost(-0.5), cost(0.0), cost(0.5)], 0.5).minimum(0.5);
+            assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
+        }
+    }
+}
