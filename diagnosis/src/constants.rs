@@ -329,15 +329,9 @@ constants! {
         step_smooth: f64 = 1.0e-3, "scales",
             "Step of difference quotients where it is smooth: the air.",
             "near-cancelling directions need small steps";
-        axis_rounds: usize = 4, "",
-            "Rounds in which a fit is brought down along its principal axes.",
-            "most end after one; bounds the time";
         axis_reach: f64 = 10.0, "standard deviations",
             "A parabola along an axis is trusted up to here.",
             "standard deviations along a valley come out too small by this factor and more";
-        similarity_step: f64 = 0.01, "",
-            "Step along the direction of similarity, a relative change.",
-            "what is known of it at best: half a tolerance of 2 %";
         same_cost: f64 = 1.0, "log-likelihood",
             "Costs that differ by no more are the same: of two fits of the same causes, and before and after a coordinate step.",
             "a sixth of a tie";

@@ -194,6 +194,14 @@ impl Record {
         self.quality.position.standard_deviation * spread.sqrt() / self.quality.interval_s.max(1.0e-6)
     }
 
+    /// Standard error of a smoothed pressure, Pa: that of the middle of a parabola through `2 m + 1` samples,
+    /// `3 (3 m^2 + 3 m - 1) sigma^2 / ((2 m - 1) (2 m + 1) (2 m + 3))`.
+    pub(crate) fn smoothed_pressure_error_pa(&self, side: Side) -> f64 {
+        let m = self.pressure_reach().samples(self.quality.interval_s) as f64;
+        let spread: f64 = 3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0));
+        self.chamber(side).noise_pa * spread.sqrt()
+    }
+
     /// Where the time `by_s` after (before, if negative) sample `k` lies within some samples.
     pub(crate) fn moment(&self, k: usize, by_s: f64, within: Range<usize>) -> Moment {
         let t_s = self.t_s[k] + by_s;

@@ -4,7 +4,11 @@ use super::derivatives::{Jacobian, regularised};
 use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::{Parameter, Slot};
 use nalgebra::{DMatrix, DVector};
+use plant_model::Side;
+use plant_model::effects::identification::StandsFor;
 
 impl Problem<'_> {
     /// Adds the parameters' covariance to a fit, by the sandwich estimator (White 1980) with correlated errors.
@@ -53,6 +57,10 @@ impl Problem<'_> {
                 if hypothesis.parameters[i].tolerance.is_none() {
                     covariance[(i, i)] += constants::numerical_scale() * constants::numerical_scale();
                 }
+                if is_static_friction(&hypothesis.parameters[i]) {
+                    let error_n = self.breakaway_error_n(hypothesis);
+                    covariance[(i, i)] += (error_n / hypothesis.parameters[i].scale).powi(2);
+                }
                 if let Some(width) = self.width(&fit, i) {
                     covariance[(i, i)] = covariance[(i, i)].max((width / hypothesis.parameters[i].scale).powi(2));
                 }
@@ -65,5 +73,26 @@ impl Problem<'_> {
             fit.covariance = Some(covariance);
         }
         fit
+    }
+
+    /// Standard error of the force at which a piston breaks away, N. It is read off pressures with noise, and they reach the static
+    /// friction first where their noise is highest: the same error at each breakaway, which no number of them averages out.
+    fn breakaway_error_n(&self, hypothesis: &Hypothesis) -> f64 {
+        let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else { return 0.0 };
+        let of = |side| plant.area_m2(side) * self.record.smoothed_pressure_error_pa(side);
+        of(Side::A).hypot(of(Side::B))
+    }
+}
+
+/// Whether a parameter is the static friction.
+fn is_static_friction(parameter: &Parameter) -> bool {
+    const STATIC: &str = "friction.static_n";
+    match parameter.slot {
+        Slot::Nominal(key) => key.path == STATIC,
+        Slot::Effect(effect, index) | Slot::Stated(effect, index) => {
+            let stands_for = &effect.identification().stands_for;
+            matches!(stands_for, StandsFor::ValuesOf(_)) && stands_for.parameter_of(STATIC) == Some(index)
+        }
+        Slot::Term(_) | Slot::SupplySensor => false,
     }
 }

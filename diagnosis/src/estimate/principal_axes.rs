@@ -49,7 +49,7 @@ impl Parabola {
 impl Problem<'_> {
     /// A fit brought down along its principal axes until that gains no more.
     pub(crate) fn down_its_valleys(&self, mut fit: Fit) -> Fit {
-        for _ in 0..constants::axis_rounds() {
+        for _ in 0..constants::iterations() {
             let begun = fit.cost(self);
             let Some(matrix) = self.curvature_at(&fit) else { break };
             for axis in axes(&fit.hypothesis, &matrix).iter().rev() {
@@ -161,8 +161,13 @@ fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
     let mut axes: Vec<Axis> = pairs.map(axis).filter(|axis| axis.step > constants::step_smooth()).collect();
     axes.sort_by(|a, b| a.step.total_cmp(&b.step));
     if let Some(similar) = hypothesis.direction_of_similarity() {
-        let length = similar.norm();
-        axes.push(Axis { direction: similar / length, step: constants::similarity_step() * length });
+        let direction = similar.normalize();
+        // What is known of the nominal values is all that is known along it.
+        let known = |(parameter, d): (&Parameter, &f64)| Some((d * parameter.scale / parameter.tolerance?).powi(2));
+        let curvature: f64 = hypothesis.parameters.iter().zip(&direction).filter_map(known).sum();
+        if curvature > 0.0 {
+            axes.push(Axis { direction, step: 1.0 / curvature.sqrt() });
+        }
     }
     axes
 }
