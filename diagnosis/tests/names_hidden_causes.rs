@@ -100,6 +100,40 @@ fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
     assert!((0.004..0.012).contains(&scale.std_error) && (scale.value - 0.93).abs() < 0.016, "{scale:?}");
 }
 
+/// Areas, volumes, masses, flows and forces that are all larger by a factor show in no log: beside values known to 2 % an area is as
+/// uncertain as their mean. The relation of both areas is not.
+#[test]
+fn a_piston_area_is_named_beside_uncertain_values_with_an_honest_error() {
+    const AREAS: [f64; 3] = [0.95, 1.05, 0.0];
+    let (rig, log) = recorded(&[(Effect::PistonArea, AREAS)], 0.02, 0.0, 20.0);
+    let diagnosis = found(&rig, &log);
+    let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
+    assert_eq!(named, [Effect::PistonArea.id()], "{:?}", diagnosis.verdict);
+    let scales = &diagnosis.causes[0].parameters;
+    for (scale, truth) in scales.iter().zip(AREAS) {
+        assert!((0.004..0.014).contains(&scale.std_error), "{scales:?}");
+        assert!((scale.value - truth).abs() < 2.0 * scale.std_error, "{scales:?}");
+    }
+    assert!((scales[1].value / scales[0].value - AREAS[1] / AREAS[0]).abs() < 0.002, "{scales:?}");
+}
+
+/// The force at a breakaway is read off noisy pressures; a thousand breakaways do not make it more certain than one.
+#[test]
+fn a_static_friction_is_told_with_the_noise_of_the_force_at_a_breakaway() {
+    const STATIC_N: f64 = 45.0;
+    let (rig, log) = recorded(&[(Effect::StaticFriction, [STATIC_N, 0.0, 0.0])], 0.0, 0.0, 20.0);
+    let diagnosis = found(&rig, &log);
+    let cause = diagnosis.causes.iter().find(|cause| cause.id == Effect::StaticFriction.id()).expect("named");
+    let level = &cause.parameters[0];
+    // A parabola through 19 samples leaves a third of the noise.
+    let noise_pa = diagnosis.log.quality.pressure_a.standard_deviation / 3.0;
+    let noise_n = std::f64::consts::SQRT_2 * rig.rig.cylinder.area_a_m2 * noise_pa;
+    assert!(
+        level.std_error > 0.9 * noise_n && (level.value - STATIC_N).abs() < 3.0 * level.std_error,
+        "{level:?} {noise_n}"
+    );
+}
+
 /// Where a valve's play stood and how far the supply had drooped before the log began is not known.
 #[test]
 fn a_log_may_begin_in_the_middle_of_things() {
