@@ -297,6 +297,12 @@ constants! {
         most_parts: f64 = 40.0, "",
             "An interval is divided into no more parts.",
             "numerical: bounds the cost";
+        spool_travel: f64 = 0.001, "of full voltage",
+            "A lagging spool that travels farther between two rows is followed in parts.",
+            "numerical: the opening is straight over less";
+        spool_parts: usize = 4, "",
+            "So many parts.",
+            "numerical: with one, lags of 0.9 ms at 1 kHz come out 0.15 ms too short";
         sliding_window_s: f64 = 0.08, "s",
             "The momentum of a sliding piston is judged over windows of this length.",
             "50 um and 600 Pa of noise then make 0.1 N each at 4 kg; longer ones leave no room in short strokes";

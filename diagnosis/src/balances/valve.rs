@@ -1,5 +1,6 @@
 //! From the logged command to the valve's opening: delay, play, spool lag, dead zone, `atan(2 w)`.
 
+use crate::constants;
 use crate::data::record::Record;
 use plant_model::dead_zone::DeadZone;
 use plant_model::{OpeningCurve, Plant};
@@ -57,18 +58,25 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
             let duration = (until - at).max(0.0);
             played = hysteresis.play(played, u[source]);
             let target = clamp(played);
-            let mean = if lag.time_constant_s > 1.0e-6 {
-                let rest = (-duration / lag.time_constant_s).exp();
-                let (mean, end) = lag.over(spool, target, duration, rest);
-                spool = end;
-                mean
-            } else {
-                target
-            };
-            if mean != last.0 {
-                last = (mean, signed(mean));
+            let lags = lag.time_constant_s > 1.0e-6;
+            // A spool that travels passes the bends of dead zone and curve on its way: the mean opening is not that at its mean place.
+            let travels = lags && (target - spool).abs() > constants::spool_travel() * c.max_voltage_v;
+            let parts = if travels { constants::spool_parts() } else { 1 };
+            let part = duration / parts as f64;
+            let rest = if lags { (-part / lag.time_constant_s).exp() } else { 0.0 };
+            for _ in 0..parts {
+                let mean = if lags {
+                    let (mean, end) = lag.over(spool, target, part, rest);
+                    spool = end;
+                    mean
+                } else {
+                    target
+                };
+                if mean != last.0 {
+                    last = (mean, signed(mean));
+                }
+                sum += last.1 * part;
             }
-            sum += last.1 * duration;
             at = until;
             if at >= to - 1.0e-9 {
                 break;

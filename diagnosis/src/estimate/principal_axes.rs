@@ -13,7 +13,7 @@ use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// A direction in parameters' scales, of length one, and the step along it at which the cost is looked at.
@@ -151,7 +151,9 @@ fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
             matrix[(k, k)] = largest;
         }
     }
-    let eigen = matrix.symmetric_eigen();
+    // Each eigenvalue takes a few steps of the QR algorithm; a matrix that takes more has entries that mean nothing.
+    let steps = 30 * matrix.nrows();
+    let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, steps) else { return Vec::new() };
     let pairs = eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues);
     // A parameter moves by a scale at most.
     let axis = |(direction, curvature): (nalgebra::DVectorView<'_, f64>, &f64)| Axis {

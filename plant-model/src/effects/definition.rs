@@ -61,6 +61,11 @@ pub(crate) trait Definition {
         [R::ZERO; MAX_PARAMETERS]
     }
 
+    /// Largest values that physics allows on this rig, for a fit; no larger than those of [`Info`].
+    fn most(_rig: &Rig<f64>) -> [f64; MAX_PARAMETERS] {
+        core::array::from_fn(|index| Self::INFO.parameters.get(index).map_or(0.0, |parameter| parameter.max))
+    }
+
     /// Changes the model's coefficients.
     fn apply<R: Real>(_values: &[R; MAX_PARAMETERS], _model: &mut Coefficients<R>) {}
 

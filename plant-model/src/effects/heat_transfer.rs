@@ -58,6 +58,11 @@ impl Definition for HeatTransfer {
         [rig.gas.heat_capacity_ratio, R::ZERO, R::ZERO]
     }
 
+    /// Walls take heat from air that is compressed and give it back: that is between isothermal and adiabatic.
+    fn most(rig: &Rig<f64>) -> [f64; MAX_PARAMETERS] {
+        [rig.gas.heat_capacity_ratio, 0.0, 0.0]
+    }
+
     fn apply<R: Real>(values: &[R; MAX_PARAMETERS], model: &mut Coefficients<R>) {
         model.exponent = values[0];
     }

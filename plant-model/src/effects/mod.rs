@@ -66,6 +66,12 @@ macro_rules! catalogue {
                 }
             }
 
+            /// Largest parameter values that physics allows on this rig.
+            #[must_use]
+            pub fn most(self, rig: &Rig<f64>) -> [f64; MAX_PARAMETERS] {
+                match self { $(Self::$variant => $module::$variant::most(rig)),+ }
+            }
+
             /// A plainly visible change of each parameter from `neutral` on this rig: the unit of search steps, positive.
             #[must_use]
             pub fn scales(self, rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -108,9 +108,10 @@ fn every_entry_is_complete_and_its_typical_strength_is_within_bounds_and_not_neu
             assert!(!text.is_empty(), "{effect} lacks a text");
         }
         let mut differs = false;
-        for (parameter, neutral) in info.parameters.iter().zip(effect.neutral(&rig)) {
+        for ((parameter, neutral), most) in info.parameters.iter().zip(effect.neutral(&rig)).zip(effect.most(&rig)) {
             assert!(parameter.min < parameter.max, "{}", parameter.key);
             assert!((parameter.min..=parameter.max).contains(&parameter.typical), "{}", parameter.key);
+            assert!((parameter.typical..=parameter.max).contains(&most), "{}: {most}", parameter.key);
             assert_eq!(parameter.key, format!("effects.{}.{}", info.id, parameter.name));
             assert!(!parameter.meaning.is_empty());
             differs |= neutral != parameter.typical;
