@@ -38,7 +38,7 @@ fn shuffled(id: &str) -> String {
 
 #[test]
 fn single_effects_are_named_first_and_alone_and_shuffled_names_would_not_pass() {
-    for (nominal, count) in [(Nominal::Exact, of(5, 1)), (Nominal::TwoPercent, of(3, 1))] {
+    for (nominal, count) in [(Nominal::Exact, of(5, 1)), (Nominal::TwoPercent, of(3, 0))] {
         for (plan, rig, log, hidden) in cases(Class::Single, nominal, count) {
             let diagnosis = found(&rig, &log);
             let named: Vec<_> = diagnosis.causes.iter().map(|c| (c.id.clone(), c.ties.clone())).collect();
@@ -105,7 +105,7 @@ fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
 #[test]
 fn a_piston_area_is_named_beside_uncertain_values_with_an_honest_error() {
     const AREAS: [f64; 3] = [0.95, 1.05, 0.0];
-    let (rig, log) = recorded(&[(Effect::PistonArea, AREAS)], 0.02, 0.0, 20.0);
+    let (rig, log) = recorded(&[(Effect::PistonArea, AREAS)], 0.02, 0.0, 12.0);
     let diagnosis = found(&rig, &log);
     let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
     assert_eq!(named, [Effect::PistonArea.id()], "{:?}", diagnosis.verdict);
@@ -120,6 +120,9 @@ fn a_piston_area_is_named_beside_uncertain_values_with_an_honest_error() {
 /// The force at a breakaway is read off noisy pressures; a thousand breakaways do not make it more certain than one.
 #[test]
 fn a_static_friction_is_told_with_the_noise_of_the_force_at_a_breakaway() {
+    if !runs_long("the error of a static friction") {
+        return;
+    }
     const STATIC_N: f64 = 45.0;
     let (rig, log) = recorded(&[(Effect::StaticFriction, [STATIC_N, 0.0, 0.0])], 0.0, 0.0, 20.0);
     let diagnosis = found(&rig, &log);

@@ -221,7 +221,8 @@ fn refused(rig: &RigFile, log: &Log, mistake: &str) -> String {
 fn a_column_mapped_wrongly_is_named_with_its_remedy_and_nothing_is_searched() {
     let plan = plans(Class::Single, Nominal::TwoPercent, 1, SEED)[0];
     let hidden = plan.draw();
-    for (rig, log) in [(null(0).1, null(0).2), (hidden.rig_file.clone(), hidden.record().0)] {
+    let logs = [(null(0).1, null(0).2), (hidden.rig_file.clone(), hidden.record().0)];
+    for (rig, log) in logs.into_iter().take(of(2, 1)) {
         for (column, change, word) in mistakes(&rig) {
             let said = refused(&rig, &changed(&log, column, &*change), &format!("{} {word}", column.name()));
             assert!(said.contains(word), "{} should say {word}: {said}", column.name());
@@ -364,7 +365,7 @@ fn gauge_pressures_are_told_by_the_supply_and_a_regulator_set_lower_is_no_contra
 
 #[test]
 fn a_sound_log_is_not_accused_and_tells_what_it_can_tell() {
-    for class in Class::ALL.into_iter().take(of(Class::ALL.len(), 5)) {
+    for class in Class::ALL.into_iter().take(of(Class::ALL.len(), 2)) {
         for plan in plans(class, Nominal::TwoPercent, of(8, 1), SEED) {
             let case = plan.draw();
             let Ok(found) = check(&case.rig_file, &case.record().0) else { continue };

@@ -8,9 +8,13 @@ use plant_sim::commission::{from_rig, observe, transfer, tune};
 use rig_files::RigFile;
 use std::cell::RefCell;
 use std::rc::Rc;
+use test_stages::runs_long;
 
 #[test]
 fn a_board_finds_its_rigs_dead_zone_mass_and_friction_and_is_left_as_it_was() {
+    if !runs_long("a board that finds out about its rig") {
+        return;
+    }
     let stated = RigFile::paper_b();
     let mut truth = stated.clone();
     (truth.rig.valve.dead_zone_right_v, truth.rig.valve.dead_zone_left_v) = (0.42, -0.38);
