@@ -101,20 +101,23 @@ fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
 }
 
 /// Areas, volumes, masses, flows and forces that are all larger by a factor show in no log: beside values known to 2 % an area is as
-/// uncertain as their mean. The relation of both areas is not.
+/// uncertain as their mean. The relation of both areas is not. The piston sticks and slips, which makes derivatives rough.
 #[test]
 fn a_piston_area_is_named_beside_uncertain_values_with_an_honest_error() {
-    const AREAS: [f64; 3] = [0.95, 1.05, 0.0];
-    let (rig, log) = recorded(&[(Effect::PistonArea, AREAS)], 0.02, 0.0, 12.0);
-    let diagnosis = found(&rig, &log);
+    let plan: Plan = "partial/2%/88d87c6fe6210da1".parse().expect("a case");
+    let case = plan.draw();
+    let Some(Cause::Catalogue(Effect::PistonArea, areas)) = case.causes.first().copied() else {
+        panic!("the suite draws {:?}", case.causes)
+    };
+    let diagnosis = found(&case.rig_file, &case.record().0);
     let named: Vec<_> = diagnosis.causes.iter().map(|c| c.id.as_str()).collect();
     assert_eq!(named, [Effect::PistonArea.id()], "{:?}", diagnosis.verdict);
     let scales = &diagnosis.causes[0].parameters;
-    for (scale, truth) in scales.iter().zip(AREAS) {
-        assert!((0.004..0.014).contains(&scale.std_error), "{scales:?}");
-        assert!((scale.value - truth).abs() < 2.0 * scale.std_error, "{scales:?}");
+    for (scale, truth) in scales.iter().zip(areas) {
+        assert!((0.004..0.03).contains(&scale.std_error), "{scales:?}");
+        assert!((scale.value - truth).abs() < 3.0 * scale.std_error, "{truth}: {scales:?}");
     }
-    assert!((scales[1].value / scales[0].value - AREAS[1] / AREAS[0]).abs() < 0.002, "{scales:?}");
+    assert!((scales[1].value / scales[0].value - areas[1] / areas[0]).abs() < 0.002, "{scales:?}");
 }
 
 /// The force at a breakaway is read off noisy pressures; a thousand breakaways do not make it more certain than one.
