@@ -1,12 +1,7 @@
 //! What a user gets wrong: every case ends with exit status 2, one error that names the place and the remedy, and no output.
 
-use crate::{program, root};
+use crate::{plant_sim, root};
 use std::path::Path;
-use std::process::Output;
-
-fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
-    program(folder).args(arguments).output().expect("runs")
-}
 
 /// A folder with good and bad files.
 fn folder() -> tempfile::TempDir {

@@ -1,12 +1,8 @@
 //! `plant-sim record` and `board` with what a user gets wrong: one error with a remedy, no panic, no half-written log.
 
-use crate::{program, root};
+use crate::{plant_sim, program, root};
 use std::path::Path;
-use std::process::{Output, Stdio};
-
-fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
-    program(folder).args(arguments).output().expect("runs")
-}
+use std::process::Stdio;
 
 #[track_caller]
 fn refused(arguments: &[&str], folder: &Path, status: i32, says: &[&str]) {

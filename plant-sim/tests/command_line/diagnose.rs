@@ -1,6 +1,6 @@
 //! `plant-sim diagnose` and `plant-sim friction` do what the formats promise, and find what is in real recordings.
 
-use crate::{program, root};
+use crate::root;
 use diagnosis::{OffCentre, friction_map};
 use plant_sim::import::Mapping;
 use rig_files::{Log, RigFile};
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Output;
 
 fn plant_sim(arguments: &[&str]) -> Output {
-    program(&root()).args(arguments).output().expect("runs")
+    crate::plant_sim(arguments, &root())
 }
 
 fn text(path: &Path) -> &str {

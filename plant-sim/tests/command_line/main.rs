@@ -2,7 +2,7 @@
 //! more than running most of them. The long ones, which have a run of their own, are the files beside this folder.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 mod bad_inputs;
 #[cfg(unix)]
@@ -33,4 +33,9 @@ fn program(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plant-sim"));
     command.current_dir(folder);
     command
+}
+
+/// What `plant-sim` answers in `folder`.
+fn plant_sim(arguments: &[&str], folder: &Path) -> Output {
+    program(folder).args(arguments).output().expect("runs")
 }
