@@ -20,6 +20,7 @@ pub mod rig;
 mod runner;
 mod scenario;
 mod sensors;
+pub mod sound_twin;
 mod target;
 
 pub use runner::{Outcome, Sample, host_target, run, run_observed};

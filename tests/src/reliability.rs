@@ -89,6 +89,14 @@ pub struct Row {
     dump: bool,
 }
 
+impl Row {
+    /// Whether the sensors are without noise.
+    #[must_use]
+    pub fn quiet(&self) -> bool {
+        self.quiet
+    }
+}
+
 /// Time constant of supply and hoses behind a dump valve, its own delay included, s.
 const DUMP_S: f64 = 0.03;
 
@@ -245,6 +253,48 @@ fn unprotected(scenario: &Scenario) -> Result<Outcome, TargetError> {
     run_observed(scenario, &mut Unprotected::of(scenario)?, |_| ())
 }
 
+/// The same run with the valve closed from a time on.
+#[must_use]
+pub fn closed_at(scenario: &Scenario, at_s: f64) -> Scenario {
+    Scenario { command: vec![ScheduledCommand { at_s, command: OperatorCommand::Disarm }], ..scenario.clone() }
+}
+
+/// A run in which the fault itself moves the piston far.
+#[derive(Clone, Debug)]
+pub struct FarRun {
+    /// Rig, situation and seed.
+    pub label: String,
+    /// The run, its fault included.
+    pub spoilt: Scenario,
+    /// The same run without fault.
+    pub healthy: Scenario,
+    /// Furthest out of the span by coasting or without fault, whichever is further, m.
+    pub coasting_m: f64,
+    /// How much further the piston went, m.
+    pub beyond_m: f64,
+}
+
+/// The runs of a row under the positioning law in which the piston goes at least [`THREAT_M`] further than it coasts.
+///
+/// # Errors
+/// As [`study`].
+pub fn far_runs(row: &Row, seed: u64, seeds: u64) -> Result<Vec<FarRun>, TargetError> {
+    let mut far = Vec::new();
+    for situation in situations(LawChoice::Servo, seed, seeds) {
+        let spoilt = scenario(&situation, row.fault, row.quiet, row.dump);
+        let healthy = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), row.quiet, row.dump);
+        let healthy = Scenario { duration_s: spoilt.duration_s, ..healthy };
+        let closed_m = run(&closed_at(&healthy, spoilt.fault[0].at_s))?.excursion_m;
+        let coasting_m = closed_m.max(run(&healthy)?.excursion_m);
+        let beyond_m = run(&spoilt)?.excursion_m - coasting_m;
+        if beyond_m >= THREAT_M {
+            let label = format!("{}, {}, seed {}", situation.rig, PHASES[situation.phase], situation.seed);
+            far.push(FarRun { label, spoilt, healthy, coasting_m, beyond_m });
+        }
+    }
+    Ok(far)
+}
+
 /// Runs one row over all situations under a law.
 ///
 /// # Errors
@@ -263,9 +313,7 @@ pub fn study(row: &Row, law: LawChoice, seed: u64, seeds: u64) -> Result<Tally, 
             let [bare, undisturbed] =
                 [unprotected(&spoilt)?, unprotected(&healthy)?].map(|outcome| outcome.excursion_m);
             // What coasting alone comes to: no fault, but the valve is closed the moment it would strike.
-            let at_s = spoilt.fault[0].at_s;
-            let closed = vec![ScheduledCommand { at_s, command: OperatorCommand::Disarm }];
-            let closed = run(&Scenario { command: closed, ..healthy })?.excursion_m;
+            let closed = run(&closed_at(&healthy, spoilt.fault[0].at_s))?.excursion_m;
             Ok((run(&spoilt)?, [bare, undisturbed, closed], where_and_when))
         })
         .collect::<Result<_, TargetError>>()?;

@@ -2,7 +2,8 @@
 
 use control::{Channel, LawChoice};
 use scenarios::fault::Kind;
-use scenarios::reliability::{RIGS, THREAT_M, normal_running, rows, study};
+use scenarios::reliability::{RIGS, THREAT_M, far_runs, normal_running, rows, study};
+use scenarios::sound_twin::{Freedom, LIMIT, Log, Twin};
 
 fn select(choose: impl Fn(Kind, Option<Channel>) -> bool) -> Vec<scenarios::reliability::Row> {
     let rows: Vec<_> = rows().into_iter().filter(|row| choose(row.fault.kind, row.fault.channel)).collect();
@@ -71,5 +72,29 @@ fn two_minutes_of_normal_running_never_trip_even_when_the_rig_file_is_a_tenth_of
             // Without noise little is left of what the monitor sees, but never nothing.
             assert!((0.02..1.0).contains(&closest), "{rig}: {closest}");
         }
+    }
+}
+
+/// What the comparison says of a slow position sensor: errors of the rig file that differ in every tick would explain its readings,
+/// errors that the rig always has do not.
+#[test]
+fn a_sound_rig_with_a_load_reads_as_a_slow_sensor_does_only_where_its_errors_change_with_time() {
+    let row = &select(|kind, channel| channel == Some(Channel::Position) && kind == Kind::Slow)[0];
+    let far = far_runs(row, 4711, 3).unwrap();
+    assert!(!far.is_empty(), "the study itself has gone blunt");
+    for run in far {
+        let rig = run.spoilt.rig_file().unwrap();
+        let struck = (run.spoilt.fault[0].at_s / rig.io.tick_s()).round() as usize;
+        let faulty = Log::of(&run.spoilt).unwrap();
+        let tripped = faulty.tripped.expect("the monitor trips");
+        let since = tripped + 1 - struck;
+        let mean = |freedom: Freedom, log: &Log| {
+            let twin = Twin::new(&rig, freedom, log, tripped + 1, row.quiet()).unwrap();
+            twin.fit(&(struck - 300..tripped + 1)).largest_mean(since)
+        };
+        let sound = Log::of(&run.healthy).unwrap();
+        assert!(mean(Freedom::Constants, &sound) < LIMIT, "{}", run.label);
+        assert!(mean(Freedom::Constants, &faulty) > 10.0 * LIMIT, "{}", run.label);
+        assert!(mean(Freedom::Anything, &faulty) < LIMIT, "{}", run.label);
     }
 }
