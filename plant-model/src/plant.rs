@@ -445,6 +445,7 @@ impl<R: Real> Plant<R> {
     }
 
     /// What a pressure sensor shows in Pa absolute, from the pressure behind its lag.
+    #[inline]
     #[must_use]
     pub fn shown_pressure_pa(&self, side: Side, behind_lag_pa: R) -> R {
         let p = behind_lag_pa;

@@ -14,6 +14,8 @@
 pub(crate) mod added;
 pub(crate) mod between;
 pub(crate) mod chamber;
+pub(crate) mod compression;
+pub(crate) mod correction;
 pub(crate) mod judged;
 pub(crate) mod observers;
 pub(crate) mod piston;

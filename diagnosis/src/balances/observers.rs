@@ -1,6 +1,8 @@
 //! All balances of a model run over a log.
 
 use super::added::Added;
+use super::compression::{Geometry, compression};
+use super::correction::correction;
 use super::shared::Signals;
 use super::{chamber, piston, supply, valve};
 use crate::data::channel::{Channel, Channels};
@@ -89,23 +91,27 @@ fn of_air(
     if wanted & flows != 0 {
         let openings = signals.openings.of(valve::Path::of(plant), || valve::openings(record, plant));
         let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
-        for (channel, side) in [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)] {
-            if wanted & channel.bit() != 0 {
-                let geometry = chamber::Geometry::of(plant, side);
-                let compression = signals
+        let drive = |(channel, side): (Channel, Side)| {
+            let geometry = Geometry::of(plant, side);
+            let key = || stretches.to_vec();
+            (wanted & channel.bit() != 0).then(|| chamber::Drive {
+                side,
+                compression: signals
                     .compression
-                    .of((geometry, stretches.to_vec()), || chamber::compression(record, plant, &geometry, stretches));
-                let drive = chamber::Drive {
-                    compression: &compression,
+                    .of((geometry, key()), || compression(record, plant, &geometry, stretches)),
+                correction: signals.corrections.of((side, key()), || correction(record, side, stretches)),
+                air: chamber::Air {
                     openings: &openings,
                     supply_pa: &supply.at_valve,
                     added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
-                };
-                let (errors, log_widths) = chamber::innovations(record, plant, stretches, side, &drive);
-                out.channels[channel as usize] = errors;
-                out.log_widths += log_widths;
-            }
-        }
+                },
+            })
+        };
+        let drives = [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)].map(drive);
+        let [a, b] = chamber::innovations(record, plant, stretches, drives.each_ref().map(Option::as_ref));
+        out.channels[Channel::PressureA as usize] = a;
+        out.channels[Channel::PressureB as usize] = b;
+        out.log_widths = drives.iter().flatten().map(|drive| drive.correction.log_widths).sum();
         if wanted & Channel::Supply.bit() != 0 {
             out.channels[Channel::Supply as usize] =
                 supply::innovations(record, stretches, &supply.predicted, added.supply_sensor_pa);

@@ -1,10 +1,12 @@
 //! Intermediate signals that many hypotheses share: each is computed once for all hypotheses with equal parameters of
 //! it.
 
-use super::chamber::{Compression, Geometry};
+use super::compression::{Compression, Geometry};
+use super::correction::Correction;
 use super::piston::{Forces, Timing};
 use super::valve::Path;
 use crate::data::split::Stretch;
+use plant_model::Side;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Signals kept of each kind: those of the hypotheses at work at the same time.
@@ -17,6 +19,8 @@ pub(crate) struct Signals {
     pub(super) openings: Shared<Path, Vec<f64>>,
     /// What the piston's motion does to the chambers' air in some stretches.
     pub(super) compression: Shared<(Geometry, Vec<Stretch>), Compression>,
+    /// How the predictions of a chamber's pressure are judged and corrected in some stretches.
+    pub(super) corrections: Shared<(Side, Vec<Stretch>), Correction>,
     /// Forces and pressures on the piston in some stretches.
     pub(super) forces: Shared<(Timing, Vec<Stretch>), Forces>,
 }

@@ -45,13 +45,31 @@ pub(crate) struct WarmthRate<R> {
     pub(crate) pressure_by_warmth: R,
 }
 
-impl<R: Real> Law<R> {
-    /// Surface of the walls over the volume, 1/m, of a cylinder of this area: both faces and the barrel.
-    fn surface_per_m(area_m2: R, inverse_volume: R) -> R {
+/// The walls of a chamber: the faces of piston and cover, and a barrel.
+#[derive(Clone, Copy, Debug)]
+pub struct Walls<R> {
+    faces_m2: R,
+    /// The barrel's surface over the volume, 1/m.
+    barrel_per_m: R,
+}
+
+impl<R: Real> Walls<R> {
+    /// Of a cylinder of this area.
+    #[must_use]
+    pub fn of(area_m2: R) -> Self {
         let two = R::ONE + R::ONE;
-        two * area_m2 * inverse_volume + two * (R::PI / area_m2).sqrt()
+        Self { faces_m2: two * area_m2, barrel_per_m: two * (R::PI / area_m2).sqrt() }
     }
 
+    /// Their surface over the volume, 1/m.
+    #[inline(always)]
+    #[must_use]
+    pub fn surface_per_m(&self, inverse_volume_per_m3: R) -> R {
+        self.faces_m2 * inverse_volume_per_m3 + self.barrel_per_m
+    }
+}
+
+impl<R: Real> Law<R> {
     /// The factors of the mass flow of air as warm as the supply, and of the energy per mass: air leaves as warm as it is, and
     /// through the same opening in proportion to `1/sqrt(T)`.
     fn leaving(mass_flow: R, warmth: R) -> (R, R) {
@@ -77,7 +95,7 @@ impl<R: Real> Law<R> {
         let (q, by_p) = (flow.mass_flow * thinner, flow.by_chamber * thinner);
         let mut pressure = volume.pressure_rate(self.exponent, energy * carried, p, growth, q, by_p);
         pressure.by_mass_flow = pressure.by_mass_flow * thinner;
-        let loss = self.heat * Self::surface_per_m(area_m2, inverse);
+        let loss = self.heat * Walls::of(area_m2).surface_per_m(inverse);
         let faces = self.heat * (area_m2 + area_m2) * inverse;
         pressure.rate -= loss * warmth;
         pressure.by_displacement += faces * volume.area_m2 * inverse * warmth;
@@ -112,6 +130,7 @@ impl<R: Real> Law<R> {
 
     /// The warmth of a chamber's air after the piston's motion has compressed it by this factor of pressure: to the second order
     /// of its difference from one, which is 3 % of the temperature at a factor of two.
+    #[inline(always)]
     #[must_use]
     pub fn compressed(&self, warmth: R, factor: R) -> R {
         // p^(1-1/n)/T stays.
@@ -121,14 +140,15 @@ impl<R: Real> Law<R> {
     }
 
     /// Pressure in Pa and warmth of a chamber's air after `dt_s` at a constant volume: a flow with its derivative by the pressure,
-    /// and the walls of a chamber of this area in m2 and volume in m3. `pa_s_per_kg` is `R n T_s dt/V`.
+    /// and walls of this surface over the volume in 1/m. `pa_s_per_kg` is `R n T_s dt/V`.
+    #[inline(always)]
     #[must_use]
     pub fn filled(
         &self,
         (p, warmth): (R, R),
         flow: &ChamberFlow<R>,
         pa_s_per_kg: R,
-        (area_m2, volume_m3): (R, R),
+        surface_per_m: R,
         dt_s: R,
     ) -> (R, R) {
         let (thinner, carried) = Self::leaving(flow.mass_flow, warmth);
@@ -139,22 +159,22 @@ impl<R: Real> Law<R> {
         let before = p / (R::ONE + warmth);
         let mass = (before + (after - p) / (carried * self.exponent)).at_least(R::HALF * before);
         let warm = after / mass;
-        let left = self.cooled(warm, after, (area_m2, volume_m3), dt_s);
+        let left = self.cooled(warm, after, surface_per_m, dt_s);
         (after * (R::ONE + left) / warm, left)
     }
 
     /// Warmth after a while of which only the pressures before and after are known. Compression, filling from a supply as warm
     /// as the air, and exhausting all change the temperature alike, as `p^(1-1/n)`; then the walls.
     #[must_use]
-    pub fn meanwhile(&self, [before, after]: [R; 2], warmth: R, chamber: (R, R), dt_s: R) -> R {
-        self.cooled(R::ONE + self.compressed(warmth, after / before), after, chamber, dt_s)
+    pub fn meanwhile(&self, [before, after]: [R; 2], warmth: R, surface_per_m: R, dt_s: R) -> R {
+        self.cooled(R::ONE + self.compressed(warmth, after / before), after, surface_per_m, dt_s)
     }
 
-    /// Warmth that the walls leave after `dt_s` of air of a temperature over the supply's, by area in m2 and volume in m3.
-    fn cooled(&self, warm: R, p: R, (area_m2, volume_m3): (R, R), dt_s: R) -> R {
+    /// Warmth that the walls leave after `dt_s` of air of a temperature over the supply's.
+    #[inline(always)]
+    fn cooled(&self, warm: R, p: R, surface_per_m: R, dt_s: R) -> R {
         // The rate is h S T (n-1)/(p V) while the mass stays.
-        let surface = Self::surface_per_m(area_m2, R::ONE / volume_m3);
-        (warm - R::ONE) * (-self.heat * surface * warm / p * dt_s).exp()
+        (warm - R::ONE) * (-self.heat * surface_per_m * warm / p * dt_s).exp()
     }
 }
 

@@ -1,0 +1,110 @@
+//! What the piston's motion does to the air of a chamber from each sample to the next.
+
+use crate::data::record::Record;
+use crate::data::split::Stretch;
+use plant_model::{Plant, Side};
+
+/// The parameters that the effect of the motion on a chamber's air depends on.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct Geometry {
+    volume_0_m3: f64,
+    /// Signed: the volume grows with it times the position.
+    area_m2: f64,
+    smallest_m3: f64,
+    position_delay_s: f64,
+    /// The true position at three readings of the sensor: alike for sensors that are alike.
+    sensor_m: [f64; 3],
+    exponent: f64,
+    energy_j_per_kg: f64,
+}
+
+impl Geometry {
+    pub(crate) fn of(plant: &Plant<f64>, side: Side) -> Self {
+        let c = plant.coefficients();
+        let (volume_0_m3, grows) = if side == Side::A { (c.volume_a0_m3, 1.0) } else { (c.volume_b0_m3, -1.0) };
+        Self {
+            volume_0_m3,
+            area_m2: grows * plant.area_m2(side),
+            smallest_m3: plant.minimum_volume_m3(side),
+            position_delay_s: plant.position_delay_s(),
+            sensor_m: [-0.5, 0.1, 0.5].map(|part| plant.true_position_m(part * c.half_stroke_m)),
+            exponent: c.exponent,
+            energy_j_per_kg: plant.energy_j_per_kg(),
+        }
+    }
+}
+
+/// The polytropic compression of a chamber's air from each sample of some stretches to the next, as factors that do not
+/// depend on the pressure. The entry of a stretch's last sample is not used.
+pub(crate) struct Compression {
+    /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the
+    /// halves.
+    first_half: Vec<f64>,
+    /// The same over the second half.
+    second_half: Vec<f64>,
+    /// Pressure per mass flow at the volume between, Pa s/kg.
+    pa_s_per_kg: Vec<f64>,
+    /// Position between, m.
+    y_m: Vec<f64>,
+}
+
+/// The compression over one interval.
+pub(super) struct Stroke {
+    pub(super) first_half: f64,
+    pub(super) second_half: f64,
+    pub(super) pa_s_per_kg: f64,
+    pub(super) y_m: f64,
+}
+
+impl Compression {
+    #[inline(always)]
+    pub(super) fn stroke(&self, place: usize) -> Stroke {
+        Stroke {
+            first_half: self.first_half[place],
+            second_half: self.second_half[place],
+            pa_s_per_kg: self.pa_s_per_kg[place],
+            y_m: self.y_m[place],
+        }
+    }
+}
+
+/// The compression within some stretches, in order.
+pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, stretches: &[Stretch]) -> Compression {
+    let at = |k: usize| {
+        let y = plant.true_position_m(position(record, k, g.position_delay_s));
+        (y, (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3))
+    };
+    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
+    let mut out = Compression {
+        first_half: Vec::with_capacity(count),
+        second_half: Vec::with_capacity(count),
+        pa_s_per_kg: Vec::with_capacity(count),
+        y_m: Vec::with_capacity(count),
+    };
+    for stretch in stretches {
+        let (mut y, mut v) = at(stretch.start);
+        for k in stretch.range() {
+            let (y_next, next) = at((k + 1).min(stretch.end - 1));
+            let middle = 0.5 * (v + next);
+            out.first_half.push(polytropic(v / middle, g.exponent));
+            out.second_half.push(polytropic(middle / next, g.exponent));
+            out.pa_s_per_kg.push(g.energy_j_per_kg / middle * record.interval_s(k));
+            out.y_m.push(0.5 * (y + y_next));
+            (y, v) = (y_next, next);
+        }
+    }
+    out
+}
+
+/// `x^n` for `x` close to one.
+fn polytropic(x: f64, n: f64) -> f64 {
+    let e = x - 1.0;
+    1.0 + n * e * (1.0 + 0.5 * (n - 1.0) * e * (1.0 + (n - 2.0) / 3.0 * e))
+}
+
+/// The smoothed measured position at the time `delay` after sample `k`: what was true at sample `k` if the signal is
+/// late by `delay`.
+fn position(record: &Record, k: usize, delay_s: f64) -> f64 {
+    let y = &record.y_smooth.value;
+    if delay_s > 0.0 { record.moment(k, delay_s, 0..y.len()).of(y) } else { y[k] }
+}
