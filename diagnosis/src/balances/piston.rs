@@ -14,10 +14,13 @@ fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
     slower.abs() < at_rest && faster.abs() > 2.0 * at_rest
 }
 
-/// Prediction errors of the position in units of its noise.
+/// Prediction errors of the position in units of its noise: one for each row of the stretches.
 ///
 /// `forces` are those within the stretches. `added_n` is a force in addition to the model's, one value per sample, that
 /// opposes positive motion; empty for none.
+///
+/// Each sample waits for the arithmetic of the one before it: the first and the second half of the stretches, a sample of each in
+/// turns, take less time than one after the other.
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
@@ -25,81 +28,176 @@ pub(crate) fn innovations(
     added_n: &[f64],
     stretches: &[Stretch],
 ) -> Vec<f64> {
-    let omega = record.observer_rad_per_s;
-    let between_rows_m = 0.5 * constants::unseen_acceleration() * record.quality.interval_s.powi(2);
-    let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m()).max(between_rows_m);
-    let inverse_sigma = 1.0 / (sigma * record.observer_noise);
-    let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
-    let timing = Timing::of(plant);
-    // Subtracted to turn a difference of shown positions into one of true positions.
-    let zero = plant.true_position_m(0.0);
-    let mut out = Vec::with_capacity(forces.p_a_pa.len());
-    let mut places = 0;
-    for stretch in stretches {
-        let first = places;
-        places += stretch.range().len();
-        let driving = |stretch: &Stretch, k: usize| {
-            let added = added_at(record, &timing, added_n, stretch, k);
-            driving(plant, forces, first + k - stretch.start, [record.motion.value[k], record.motion.slope[k]], added)
-        };
-        let settled = record.t_s[stretch.start] + constants::settling_s();
-        let mut force = driving(stretch, stretch.start);
-        let mut piston = Piston::start(record, plant, &force, stretch.start);
-        // A prediction that breaks away before the real piston waits until that one moves.
-        let mut waits = false;
-        for k in stretch.range() {
-            let row = record.is_row(k);
-            if record.at_end[k] {
-                // Follow the measurement until the piston has left the end for good.
-                if row {
-                    out.push(f64::NAN);
-                }
-                if k + 1 < stretch.end {
-                    force = driving(stretch, k + 1);
-                    piston = Piston::start(record, plant, &force, k + 1);
-                }
-                continue;
-            }
-            // Between rows nothing was measured, and nothing is corrected.
-            let error = if row { record.y_m[k] - plant.shown_position_m(piston.y) } else { 0.0 };
-            // The same error as a true distance.
-            let behind = plant.true_position_m(error) - zero;
-            if row {
-                out.push(if record.t_s[k] >= settled { judged(error * inverse_sigma) } else { f64::NAN });
-            }
-            if k + 1 == stretch.end {
-                break;
-            }
-            let dt = record.interval_s(k);
-            let w = omega * if row { record.to_next_row_s(k) } else { 0.0 };
-            piston.y += behind * (core::f64::consts::SQRT_2 * w).min(0.5);
-            let measured_v = plant.true_position_m(record.motion.slope[k]) - zero;
-            if waits {
-                force = driving(stretch, k + 1);
-                waits = measured_v.abs() < 2.0 * at_rest;
-                if !waits {
-                    piston = Piston::start(record, plant, &force, k + 1);
-                }
-                continue;
-            }
-            // Not at rest: corrections by noise would make the bristles of a resting piston break away too early.
-            if piston.v.abs() > at_rest || measured_v.abs() > at_rest {
-                piston.v += behind * omega * w;
-            }
-            let next = driving(stretch, k + 1);
-            if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(piston.v, measured_v, at_rest) {
-                // The piston broke away or came to rest at another time than predicted. The innovations so far have
-                // counted that once; the prediction goes on from the measured motion.
-                piston = Piston::start(record, plant, &next, k + 1);
-                waits = measured_v.abs() < at_rest;
-                force = next;
-                continue;
-            }
-            piston.step(plant, &force.middle(&next), dt);
-            force = next;
-        }
+    let (first, second) = stretches.split_at(stretches.len() / 2);
+    let place = first.iter().map(|stretch| stretch.range().len()).sum();
+    let [mut one, mut other] =
+        [(first, 0), (second, place)].map(|part| Prediction::new(record, plant, forces, added_n, part));
+    while one.goes_on() && other.goes_on() {
+        one.step();
+        other.step();
     }
-    out
+    [one, other]
+        .map(|mut prediction| {
+            while prediction.goes_on() {
+                prediction.step();
+            }
+            prediction.errors
+        })
+        .concat()
+}
+
+/// The prediction of the position over some stretches, one sample after the other.
+struct Prediction<'a> {
+    record: &'a Record,
+    plant: &'a Plant<f64>,
+    forces: &'a Forces,
+    added_n: &'a [f64],
+    timing: Timing,
+    /// One over the standard deviation of an error, 1/m.
+    inverse_sigma: f64,
+    /// Up to this speed the piston may be at rest, m/s.
+    at_rest: f64,
+    /// What is shown at the position zero: subtracted to turn a difference of shown positions into one of true positions.
+    zero: f64,
+    /// The stretch at hand, the place of its first sample among the forces, and the stretches behind it.
+    stretch: Stretch,
+    first: usize,
+    stretches: &'a [Stretch],
+    /// From here on errors are judged, s.
+    settled: f64,
+    /// The sample at hand.
+    k: usize,
+    force: Driving,
+    piston: Piston,
+    /// A prediction that breaks away before the real piston waits until that one moves.
+    waits: bool,
+    errors: Vec<f64>,
+}
+
+impl<'a> Prediction<'a> {
+    /// Before the first sample of some stretches; second, its place among the forces.
+    fn new(
+        record: &'a Record,
+        plant: &'a Plant<f64>,
+        forces: &'a Forces,
+        added_n: &'a [f64],
+        (stretches, first): (&'a [Stretch], usize),
+    ) -> Self {
+        let between_rows_m = 0.5 * constants::unseen_acceleration() * record.quality.interval_s.powi(2);
+        let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m()).max(between_rows_m);
+        let mut out = Self {
+            record,
+            plant,
+            forces,
+            added_n,
+            timing: Timing::of(plant),
+            inverse_sigma: 1.0 / (sigma * record.observer_noise),
+            at_rest: constants::rest_sigmas() * record.velocity_error_m_per_s(),
+            zero: plant.true_position_m(0.0),
+            stretch: Stretch { start: 0, end: 0, held_back: false },
+            first,
+            stretches,
+            settled: 0.0,
+            k: 0,
+            force: Driving { force_n: 0.0, p_a_pa: 0.0, p_b_pa: 0.0 },
+            piston: Piston { y: 0.0, v: 0.0, z: 0.0 },
+            waits: false,
+            errors: Vec::with_capacity(stretches.iter().map(|stretch| stretch.range().len()).sum()),
+        };
+        out.next_stretch();
+        out
+    }
+
+    /// Goes on to the next stretch.
+    fn next_stretch(&mut self) {
+        self.first += self.stretch.range().len();
+        let Some((stretch, rest)) = self.stretches.split_first() else {
+            self.k = self.stretch.end;
+            return;
+        };
+        (self.stretch, self.stretches, self.k) = (*stretch, rest, stretch.start);
+        self.settled = self.record.t_s[stretch.start] + constants::settling_s();
+        self.waits = false;
+        self.restart();
+    }
+
+    /// Goes on from the measured motion at the sample at hand.
+    fn restart(&mut self) {
+        self.force = self.driving(self.k);
+        self.piston = Piston::start(self.record, self.plant, &self.force, self.k);
+    }
+
+    /// What drives the piston at a sample of the stretch at hand.
+    #[inline(always)]
+    fn driving(&self, k: usize) -> Driving {
+        let added = added_at(self.record, &self.timing, self.added_n, &self.stretch, k);
+        let shown = [self.record.motion.value[k], self.record.motion.slope[k]];
+        driving(self.plant, self.forces, self.first + k - self.stretch.start, shown, added)
+    }
+
+    /// Whether a sample is at hand.
+    #[inline(always)]
+    fn goes_on(&self) -> bool {
+        self.k < self.stretch.end
+    }
+
+    /// Judges the sample at hand and predicts the next one.
+    #[inline(always)]
+    fn step(&mut self) {
+        let Self { record, plant, inverse_sigma, at_rest, zero, k, .. } = *self;
+        let omega = record.observer_rad_per_s;
+        let row = record.is_row(k);
+        self.k += 1;
+        let is_last = self.k == self.stretch.end;
+        if record.at_end[k] {
+            // Follow the measurement until the piston has left the end for good.
+            if row {
+                self.errors.push(f64::NAN);
+            }
+            if is_last {
+                self.next_stretch()
+            } else {
+                self.restart()
+            }
+            return;
+        }
+        // Between rows nothing was measured, and nothing is corrected.
+        let error = if row { record.y_m[k] - plant.shown_position_m(self.piston.y) } else { 0.0 };
+        // The same error as a true distance.
+        let behind = plant.true_position_m(error) - zero;
+        if row {
+            self.errors.push(if record.t_s[k] >= self.settled { judged(error * inverse_sigma) } else { f64::NAN });
+        }
+        if is_last {
+            self.next_stretch();
+            return;
+        }
+        let w = omega * if row { record.to_next_row_s(k) } else { 0.0 };
+        self.piston.y += behind * (core::f64::consts::SQRT_2 * w).min(0.5);
+        let measured_v = plant.true_position_m(record.motion.slope[k]) - zero;
+        if self.waits {
+            self.force = self.driving(k + 1);
+            self.waits = measured_v.abs() < 2.0 * at_rest;
+            if !self.waits {
+                self.piston = Piston::start(record, plant, &self.force, k + 1);
+            }
+            return;
+        }
+        // Not at rest: corrections by noise would make the bristles of a resting piston break away too early.
+        if self.piston.v.abs() > at_rest || measured_v.abs() > at_rest {
+            self.piston.v += behind * omega * w;
+        }
+        let next = self.driving(k + 1);
+        if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(self.piston.v, measured_v, at_rest) {
+            // The piston broke away or came to rest at another time than predicted. The innovations so far have
+            // counted that once; the prediction goes on from the measured motion.
+            self.piston = Piston::start(record, plant, &next, k + 1);
+            self.waits = measured_v.abs() < at_rest;
+        } else {
+            self.piston.step(plant, &self.force.middle(&next), record.interval_s(k));
+        }
+        self.force = next;
+    }
 }
 
 /// Errors of the momentum balance over windows in which the piston slides one way, in units of the sensor's noise: an equation
