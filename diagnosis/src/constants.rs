@@ -267,6 +267,9 @@ constants! {
         settling_s: f64 = 0.1, "s",
             "The first part of every stretch is not judged, nor is the force balance for as long after an end stop.",
             "ten times a valve lag of 10 ms; several periods of the position observer";
+        warmth_step_s: f64 = 0.005, "s",
+            "Steps in which the temperature of a chamber's air is followed between two stretches.",
+            "a fifth of the time of a fast filling";
         chamber_settling_memory_s: f64 = 0.02, "s",
             "Time constant of the observer while it settles.",
             "a fifth of the settling time";

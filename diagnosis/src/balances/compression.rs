@@ -68,12 +68,35 @@ impl Compression {
     }
 }
 
+/// Where the piston is at a sample, and what volume that leaves to a chamber.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    y_m: f64,
+    volume_m3: f64,
+}
+
+impl Geometry {
+    /// The piston's place at sample `k`.
+    pub(super) fn place(&self, record: &Record, plant: &Plant<f64>, k: usize) -> Place {
+        let y_m = plant.true_position_m(position(record, k, self.position_delay_s));
+        Place { y_m, volume_m3: (self.volume_0_m3 + self.area_m2 * y_m).max(self.smallest_m3) }
+    }
+
+    /// The compression on the way from one place to another within `dt_s`.
+    #[inline(always)]
+    pub(super) fn stroke(&self, from: Place, to: Place, dt_s: f64) -> Stroke {
+        let middle = 0.5 * (from.volume_m3 + to.volume_m3);
+        Stroke {
+            first_half: polytropic(from.volume_m3 / middle, self.exponent),
+            second_half: polytropic(middle / to.volume_m3, self.exponent),
+            pa_s_per_kg: self.energy_j_per_kg / middle * dt_s,
+            y_m: 0.5 * (from.y_m + to.y_m),
+        }
+    }
+}
+
 /// The compression within some stretches, in order.
 pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, stretches: &[Stretch]) -> Compression {
-    let at = |k: usize| {
-        let y = plant.true_position_m(position(record, k, g.position_delay_s));
-        (y, (g.volume_0_m3 + g.area_m2 * y).max(g.smallest_m3))
-    };
     let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
     let mut out = Compression {
         first_half: Vec::with_capacity(count),
@@ -82,15 +105,15 @@ pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, str
         y_m: Vec::with_capacity(count),
     };
     for stretch in stretches {
-        let (mut y, mut v) = at(stretch.start);
+        let mut here = g.place(record, plant, stretch.start);
         for k in stretch.range() {
-            let (y_next, next) = at((k + 1).min(stretch.end - 1));
-            let middle = 0.5 * (v + next);
-            out.first_half.push(polytropic(v / middle, g.exponent));
-            out.second_half.push(polytropic(middle / next, g.exponent));
-            out.pa_s_per_kg.push(g.energy_j_per_kg / middle * record.interval_s(k));
-            out.y_m.push(0.5 * (y + y_next));
-            (y, v) = (y_next, next);
+            let next = g.place(record, plant, (k + 1).min(stretch.end - 1));
+            let stroke = g.stroke(here, next, record.interval_s(k));
+            out.first_half.push(stroke.first_half);
+            out.second_half.push(stroke.second_half);
+            out.pa_s_per_kg.push(stroke.pa_s_per_kg);
+            out.y_m.push(stroke.y_m);
+            here = next;
         }
     }
     out
