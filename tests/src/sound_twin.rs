@@ -10,6 +10,7 @@ use crate::runner::{Sample, host_target, run_observed};
 use crate::scenario::Scenario;
 use crate::target::TargetError;
 use control::Mode;
+use nalgebra::{DMatrix, DVector};
 use plant_model::valve_flow::Opening;
 use plant_model::{Plant, Side};
 use rig_files::RigFile;
@@ -152,35 +153,16 @@ fn parabola(signal: &[f64], window: Range<usize>, n: usize) -> (f64, f64) {
             }
         }
     }
-    let Some(c) = solve(normal, right) else { return (signal[n], f64::INFINITY) };
+    let Some(c) = solve(&normal, right) else { return (signal[n], f64::INFINITY) };
     let squares = window.map(|k| (signal[k] - c[0] - x(k) * (c[1] + x(k) * c[2])).powi(2)).sum();
     (c[0], squares)
 }
 
-/// Gaussian elimination with pivots.
-fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
+/// The solution of a system of linear equations, given by rows; `None` if it is singular.
+fn solve(matrix: &[Vec<f64>], right: Vec<f64>) -> Option<Vec<f64>> {
     let size = right.len();
-    for column in 0..size {
-        let pivot = (column..size).max_by(|&i, &j| matrix[i][column].abs().total_cmp(&matrix[j][column].abs()))?;
-        if matrix[pivot][column] == 0.0 {
-            return None;
-        }
-        matrix.swap(column, pivot);
-        right.swap(column, pivot);
-        let (above, below) = matrix.split_at_mut(column + 1);
-        for (row, line) in below.iter_mut().enumerate() {
-            let factor = line[column] / above[column][column];
-            line.iter_mut().zip(&above[column]).for_each(|(entry, pivot)| *entry -= factor * pivot);
-            right[column + 1 + row] -= factor * right[column];
-        }
-    }
-    for row in (0..size).rev() {
-        for k in row + 1..size {
-            right[row] -= matrix[row][k] * right[k];
-        }
-        right[row] /= matrix[row][row];
-    }
-    Some(right)
+    let matrix = DMatrix::from_fn(size, size, |row, column| matrix[row][column]);
+    Some(matrix.lu().solve(&DVector::from_vec(right))?.as_slice().to_vec())
 }
 
 /// A chamber at one moment.
@@ -410,7 +392,7 @@ impl Twin {
                     row[i] += damping * row[i] + 1.0e-6;
                 }
                 let right = free.iter().map(|&k| slope[k]).collect();
-                let Some(step) = solve(damped, right) else { break };
+                let Some(step) = solve(&damped, right) else { break };
                 let mut next = best.numbers.clone();
                 for (&k, by) in free.iter().zip(step) {
                     let (bounds, difference) = ranges[k];

@@ -315,7 +315,6 @@ mod tests {
             [0.0, 30.0, 300.0].into_iter().flat_map(|c| [(c, 1, 0.02), (c, warmth_stride(0.001), 0.04)])
         {
             let error = error_of_warmth(coefficient, stride, false);
-            eprintln!("{coefficient} {stride} {error}");
             assert!(error < most, "{coefficient} W/(m2 K), every {stride}: {error}");
         }
     }
