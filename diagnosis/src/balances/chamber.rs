@@ -5,7 +5,7 @@ use super::correction::Correction;
 use super::judged::judged;
 use crate::constants;
 use crate::data::record::Record;
-use crate::data::split::{Stretch, interrupted};
+use crate::data::split::Stretch;
 use plant_model::{ChamberFlow, Plant, PressureLag, Side, WallHeatLaw, Walls};
 use std::sync::Arc;
 
@@ -246,7 +246,8 @@ pub(crate) fn warmths(
         let place = geometry.place(record, plant, next);
         let dt_s = record.t_s[next] - record.t_s[k];
         let stroke = geometry.stroke(here, place, dt_s);
-        let is_interrupted = (k + 1..=next).any(|k| interrupted(&record.t_s, k, record.quality.interval_s));
+        let usual_s = record.quality.interval_s;
+        let is_interrupted = dt_s > (constants::interruption() + (next - k - 1) as f64) * usual_s;
         warmth = match exchange.law {
             Some(law) if is_interrupted => {
                 law.meanwhile([p(k), p(next)], warmth, exchange.surface_per_m(&stroke, dt_s), dt_s)

@@ -12,11 +12,12 @@ pub(crate) struct Effort {
 
 impl Effort {
     /// The balances of some channels have run over so many samples each. A force balance takes the time of three chambers, a
-    /// supply next to none.
-    pub(crate) fn add(&self, samples: usize, channels: Channels) {
+    /// chamber whose air has a temperature of its own (`is_warm`) that of two and a half, a supply next to none.
+    pub(crate) fn add(&self, samples: usize, channels: Channels, is_warm: bool) {
         let chambers = (channels & (Channel::PressureA.bit() | Channel::PressureB.bit())).count_ones() as usize;
-        let force = if channels & Channel::Position.bit() == 0 { 0 } else { 3 };
-        self.samples.fetch_add(samples * (chambers + force), Ordering::Relaxed);
+        let halves =
+            chambers * if is_warm { 5 } else { 2 } + if channels & Channel::Position.bit() == 0 { 0 } else { 6 };
+        self.samples.fetch_add(samples * halves / 2, Ordering::Relaxed);
     }
 
     /// Millions of samples so far. To be asked only where no evaluation is under way.

@@ -129,7 +129,8 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
-        self.effort.add(self.stretches.iter().map(|stretch| stretch.range().len()).sum(), wanted);
+        let samples = self.stretches.iter().map(|stretch| stretch.range().len()).sum();
+        self.effort.add(samples, wanted, plant.added().wall_heat.law.is_some());
         let innovations =
             observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
         Some(average_neighbours(&innovations, self.record.averaged()))
