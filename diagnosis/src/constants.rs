@@ -450,13 +450,13 @@ constants! {
             "one more than is ever named";
         most_effort: f64 = 600.0, "million samples",
             "Once the balances have run over so many samples, no more causes are added or exchanged.",
-            "24 s of one core, 14 s on two; ended at 400, one of 24 triples got a wrong name and one none that end right at 600";
+            "16 s of one core, 9 s on two; ended at 400, one of 24 triples got a wrong name and one none that end right at 600";
         most_effort_open: f64 = 400.0, "million samples",
             "While a balance is wide open no more are exchanged from here on, and no search begins anew from other first causes.",
-            "16 s of one core; ended at 150 or 300 one of 24 triples stayed without a name that is found at 400";
+            "11 s of one core; ended at 150 or 300 one of 24 triples stayed without a name that is found at 400";
         most_effort_supported: f64 = 150.0, "million samples",
             "What the extended rig should have besides is looked for with so much more.",
-            "6 s of one core";
+            "4 s of one core";
         level_step: f64 = 1.04, "",
             "The static friction of an extended rig is looked for in steps of this factor.",
             "valleys between breakaways are a few percent wide: the grid of the effect's own file";
