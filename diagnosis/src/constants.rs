@@ -472,6 +472,9 @@ constants! {
         support_candidates: usize = 5, "",
             "Effects tried at once for it, best score first.",
             "bounds the time";
+        most_screened: usize = 6, "",
+            "Effects that screening hands on, surest first.",
+            "three causes, and one more each that takes a part of the same trace";
         restarts: usize = 2, "",
             "Other first causes tried where a search ends wide open.",
             "the second or third best first cause led to the truth in the two logs that failed without";

@@ -9,6 +9,7 @@ pub(crate) mod initial_values;
 pub(crate) mod penalty;
 pub(crate) mod ripple_spectrum;
 pub(crate) mod score_test;
+pub(crate) mod screening;
 pub(crate) mod search;
 pub(crate) mod simplify;
 pub(crate) mod ties;

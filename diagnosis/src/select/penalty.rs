@@ -132,6 +132,18 @@ pub(crate) fn open(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, constants::open(), |channel| fit.channel_cost[channel as usize])
 }
 
+/// The same of the balances of the chambers.
+pub(crate) fn open_chambers(problem: &Problem<'_>, fit: &Fit) -> bool {
+    let of_chamber = |channel| matches!(channel, Channel::PressureA | Channel::PressureB);
+    let cost = |channel| if of_chamber(channel) { fit.channel_cost[channel as usize] } else { 0.0 };
+    any_beyond(problem, constants::open(), cost)
+}
+
+/// Whether a fit leaves a balance that noise alone does not explain.
+pub(crate) fn beyond_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
+    any_beyond(problem, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
+}
+
 /// Whether any channel costs more than so many times its noise.
 fn any_beyond(problem: &Problem<'_>, times: f64, cost: impl Fn(Channel) -> f64) -> bool {
     let mut judgeable = Channel::ALL.into_iter().filter(|c| problem.judgeable & c.bit() != 0);
