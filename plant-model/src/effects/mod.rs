@@ -29,6 +29,14 @@ pub use effect::{Effect, MAX_PARAMETERS};
 pub use terms::{ChamberFlow, Force, Side};
 pub(crate) use wall_heat::WarmthRate;
 
+macro_rules! sense_in_reverse {
+    ($added:ident, $shown:ident,) => {};
+    ($added:ident, $shown:ident, $first:ident $($rest:ident)*) => {
+        sense_in_reverse!($added, $shown, $($rest)*);
+        $added.$first.sense(&mut $shown);
+    };
+}
+
 macro_rules! catalogue {
     ($($variant:ident => $module:ident),+ $(,)?) => {
         $(pub(crate) mod $module;)+
@@ -157,12 +165,14 @@ macro_rules! catalogue {
                 sum
             }
 
+            /// What sensors show: a sensor's gain before its offset, that is in the reverse of the order of the list.
             #[inline(always)]
             pub(crate) fn sense(&self, mut shown: Measurement<R>) -> Measurement<R> {
-                $(self.$module.sense(&mut shown);)+
+                sense_in_reverse!(self, shown, $($module)+);
                 shown
             }
 
+            /// The inverse of [`Added::sense`], therefore in the order of the list.
             #[inline]
             pub(crate) fn true_pressure_pa(&self, side: Side, mut shown_pa: R) -> R {
                 $(shown_pa = self.$module.true_pressure_pa(side, shown_pa);)+

@@ -23,10 +23,12 @@ fn leaks_sum_up_and_conserve_what_crosses_the_piston() {
 }
 
 #[test]
-fn a_true_pressure_is_what_the_sensor_showed_without_offset_and_lag() {
+fn a_true_pressure_is_what_the_sensor_showed_without_gain_offset_and_lag() {
     let effects = Effects::none()
         .with(Effect::PressureAOffset, &[1.5e4])
         .with(Effect::PressureBOffset, &[-1.0e4])
+        .with(Effect::PressureAGain, &[1.04])
+        .with(Effect::PressureBGain, &[0.93])
         .with(Effect::PressureLag, &[0.02])
         .with(Effect::PositionScale, &[1.05]);
     let mut simulator = Simulator::<f64>::new(&Rig::paper_a(), &effects).unwrap();
@@ -36,13 +38,14 @@ fn a_true_pressure_is_what_the_sensor_showed_without_offset_and_lag() {
     let plant = *simulator.plant();
     let (state, shown) = (*simulator.state(), simulator.measure());
     let lag = plant.added().pressure_lag;
-    for (side, p, sensed, shown) in [
-        (Side::A, state.p_a_pa, state.p_a_sensed_pa, shown.p_a_pa),
-        (Side::B, state.p_b_pa, state.p_b_sensed_pa, shown.p_b_pa),
+    for (side, p, sensed, shown, [gain, offset]) in [
+        (Side::A, state.p_a_pa, state.p_a_sensed_pa, shown.p_a_pa, [1.04, 1.5e4]),
+        (Side::B, state.p_b_pa, state.p_b_sensed_pa, shown.p_b_pa, [0.93, -1.0e4]),
     ] {
+        assert!((gain * sensed + offset - shown).abs() < 1e-9, "a gain, then an offset: {side:?}");
         assert!((plant.shown_pressure_pa(side, sensed) - shown).abs() < 1e-9);
-        assert!((plant.pressure_behind_lag_pa(side, shown) - sensed).abs() < 1e-9);
-        let slope = (p - sensed) / lag.time_constant_s;
+        assert!((plant.pressure_behind_lag_pa(side, shown) - sensed).abs() < 1e-6);
+        let slope = gain * (p - sensed) / lag.time_constant_s;
         assert!((plant.true_pressure_pa(side, shown, slope) - p).abs() < 1e-6, "{side:?}");
     }
     assert!((plant.true_position_m(shown.y_m) - state.y_m).abs() < 1e-12);

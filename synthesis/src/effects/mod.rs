@@ -49,9 +49,10 @@ macro_rules! twins {
             }
         }
 
-        /// Changes what the sensors show by the effects present.
+        /// Changes what the sensors show by the effects present: a sensor's gain, then its offset, which stands before it in the
+        /// list.
         pub(crate) fn show(present: &[Present], reading: &mut Reading) {
-            for (effect, p) in present {
+            for (effect, p) in present.iter().rev() {
                 match effect { $(Effect::$variant => $module::$variant::show(p, reading)),+ }
             }
         }
