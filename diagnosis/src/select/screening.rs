@@ -13,8 +13,8 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 use plant_model::Effect;
 
-/// The effects that the fit of all everyday ones finds away from neutral, fitted to all data and pruned; `None` unless they close
-/// the balances of the chambers.
+/// The effects that the fit of all everyday ones finds away from neutral, pruned and fitted to all data; `None` unless they close
+/// the balances of the chambers on a part of it.
 pub(crate) fn screened(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit> {
     let (subset, _) = problem.subset();
     let all = subset.with_errors(everyday::fitted(&subset, nominal.clone())?);
@@ -31,8 +31,12 @@ pub(crate) fn screened(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fi
         let start: Vec<f64> = parameters.iter().enumerate().map(|(index, p)| at(index, p.neutral)).collect();
         begun.extended_by(effect, parameters, &start)
     });
-    let fit = problem.fit(begun, constants::iterations())?;
-    (!open_chambers(problem, &fit)).then(|| prune(problem, fit).fit)
+    let begun = subset.fit(begun, constants::iterations())?;
+    if open_chambers(&subset, &begun) {
+        return None;
+    }
+    let begun = prune(&subset, begun).fit.hypothesis;
+    Some(prune(problem, problem.fit(begun, constants::iterations())?).fit)
 }
 
 /// How far the parameter of an effect that is farthest from neutral is from it, in standard errors.

@@ -3,7 +3,7 @@
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
-use super::penalty::{beyond_noise, open, penalised_cost, shortfall, wide_open};
+use super::penalty::{beyond_noise, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
 use super::simplify::{drop_needless_parts, drop_uncertain};
 use super::ties::ties;
@@ -72,16 +72,8 @@ pub(crate) fn search(
     let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
     let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
-    // A wrong first cause can mislead the choice of all later ones. Then the search starts again: from what all everyday effects
-    // at once tell, else from other first causes.
-    if beyond_noise(problem, &current)
-        && let Some(start) = screened(problem, nominal)
-    {
-        let other = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
-        if !open(problem, &other) && penalised_cost(problem, &other) < penalised_cost(problem, &current) {
-            current = other;
-        }
-    }
+    // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
+    // causes.
     if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
         let first: Vec<Fit> = extensions(problem, &null, &Wanted::any(problem), &mut memory);
         for start in first.into_iter().skip(1).take(constants::restarts()) {
@@ -95,6 +87,16 @@ pub(crate) fn search(
             if !wide_open(problem, &current) {
                 break;
             }
+        }
+    }
+    // Two errors of one sensor are no first cause one at a time: then from what all everyday effects at once tell.
+    if beyond_noise(problem, &current)
+        && problem.effort.millions() < constants::most_effort_open()
+        && let Some(start) = screened(problem, nominal)
+    {
+        let other = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
+        if !beyond_noise(problem, &other) && penalised_cost(problem, &other) < penalised_cost(problem, &current) {
+            current = other;
         }
     }
     // What no hypothesis explains is over-dispersion: it makes every gain less certain.

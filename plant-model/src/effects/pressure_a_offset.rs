@@ -41,7 +41,7 @@ impl Definition for PressureAOffset {
     const INFO: &'static Info = &Info {
         id: "pressure-a-offset",
         title: "Pressure sensor A offset",
-        equation: "measured p_a = p_a + b",
+        equation: "measured p_a = p_a + b; behind a gain error, g p_a + b",
         signature: "a constant force and, at once, a constant error of p_a in the flow law; gravity is only the first",
         source: "calibration or ageing of the pressure sensor",
         parameters: &[ParameterInfo {

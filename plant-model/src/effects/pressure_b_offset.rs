@@ -33,7 +33,7 @@ impl Definition for PressureBOffset {
     const INFO: &'static Info = &Info {
         id: "pressure-b-offset",
         title: "Pressure sensor B offset",
-        equation: "measured p_b = p_b + b",
+        equation: "measured p_b = p_b + b; behind a gain error, g p_b + b",
         signature: "a constant force and, at once, a constant error of p_b in the flow law; gravity is only the first",
         source: "calibration or ageing of the pressure sensor",
         parameters: &[ParameterInfo {
