@@ -173,3 +173,21 @@ fn effects_from_outside_the_catalogue_get_no_name() {
         assert!(diagnosis.causes.is_empty(), "{plan:?}: hidden {hidden:?}, named {:?}", diagnosis.causes);
     }
 }
+
+/// One at a time neither error of the sensor explains anything; and a gain before an offset is another reading than after it.
+#[test]
+fn gain_and_offset_of_one_sensor_are_named_beside_a_friction_along_the_stroke() {
+    if !runs_long("gain and offset of one sensor") {
+        return;
+    }
+    let hidden = [
+        (Effect::PressureBOffset, [27_000.0, 0.0, 0.0]),
+        (Effect::FrictionPosition, [-0.4, 0.0, 0.0]),
+        (Effect::PressureBGain, [0.934, 0.0, 0.0]),
+    ];
+    let (rig, log) = recorded(&hidden, 0.0, 0.0, 40.0);
+    let found = found(&rig, &log);
+    let mut named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+    named.sort_unstable();
+    assert_eq!(named, ["friction-position", "pressure-b-gain", "pressure-b-offset"], "{:?}", found.leads);
+}
