@@ -1,11 +1,12 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
-use super::compression::{Compression, Geometry, Stroke};
+use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
+use super::in_turns::{Prediction, halves, in_turns};
 use super::judged::judged;
 use crate::constants;
 use crate::data::record::Record;
-use crate::data::split::Stretch;
+use crate::data::split::{Stretch, missing_between, samples};
 use plant_model::{ChamberFlow, Plant, PressureLag, Side, WallHeatLaw, Walls};
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use std::sync::Arc;
 pub(crate) struct Drive<'a> {
     pub(crate) side: Side,
     /// What the piston's motion does there.
-    pub(crate) compression: Arc<Compression>,
+    pub(crate) compression: Arc<Vec<Stroke>>,
     /// How predictions are judged and corrected there.
     pub(crate) correction: Arc<Correction>,
     pub(crate) air: Air<'a>,
@@ -33,8 +34,8 @@ pub(crate) struct Air<'a> {
 /// Prediction errors of the pressures of the chambers that have a drive, in units of their noise and of what is not known of the
 /// command: one for each row of the stretches.
 ///
-/// Each sample waits for the arithmetic of the one before it, so that two predictions in turns take little longer than one: those
-/// of both chambers, or of one chamber over the first and the second half of the stretches.
+/// Two predictions run [in turns](super::in_turns): those of both chambers, or of one chamber over the first and the second half of
+/// the stretches.
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
@@ -43,36 +44,20 @@ pub(crate) fn innovations(
 ) -> [Vec<f64>; 2] {
     let alone = |drive: &Drive<'_>| {
         // The air's temperature goes on from each stretch to the next.
-        let half = if plant.added().wall_heat.law.is_some() { 0 } else { stretches.len() / 2 };
-        let (first, second) = stretches.split_at(half);
-        let place = first.iter().map(|stretch| stretch.range().len()).sum();
-        let runs = [(first, 0), (second, place)].map(|part| Prediction::new(record, plant, drive, part));
-        in_turns(runs).concat()
+        let parts =
+            if plant.added().wall_heat.law.is_some() { [(stretches, 0), (&[][..], 0)] } else { halves(stretches) };
+        in_turns(parts.map(|part| Pressure::new(record, plant, drive, part))).concat()
     };
     match drives {
-        [Some(a), Some(b)] => in_turns([a, b].map(|drive| Prediction::new(record, plant, drive, (stretches, 0)))),
+        [Some(a), Some(b)] => in_turns([a, b].map(|drive| Pressure::new(record, plant, drive, (stretches, 0)))),
         one => one.map(|drive| drive.map_or_else(Vec::new, alone)),
     }
 }
 
-/// The errors of two predictions, a sample of each in turns.
-fn in_turns([mut one, mut other]: [Prediction<'_>; 2]) -> [Vec<f64>; 2] {
-    while one.goes_on() && other.goes_on() {
-        one.step();
-        other.step();
-    }
-    [one, other].map(|mut prediction| {
-        while prediction.goes_on() {
-            prediction.step();
-        }
-        prediction.errors
-    })
-}
-
 /// The prediction of a chamber's pressure over some stretches, one sample after the other.
-struct Prediction<'a> {
+struct Pressure<'a> {
     exchange: Exchange<'a>,
-    compression: &'a Compression,
+    compression: &'a [Stroke],
     correction: &'a Correction,
     /// Pressure as logged, Pa.
     measured: &'a [f64],
@@ -91,7 +76,7 @@ struct Prediction<'a> {
     errors: Vec<f64>,
 }
 
-impl<'a> Prediction<'a> {
+impl<'a> Pressure<'a> {
     /// Before the first sample of some stretches; second, its place in the drive's compression and correction.
     fn new(
         record: &'a Record,
@@ -112,7 +97,7 @@ impl<'a> Prediction<'a> {
             p: 0.0,
             sensed: 0.0,
             warmth: 0.0,
-            errors: Vec::with_capacity(stretches.iter().map(|stretch| stretch.range().len()).sum()),
+            errors: Vec::with_capacity(samples(stretches)),
         };
         out.next_stretch(0);
         out
@@ -135,14 +120,14 @@ impl<'a> Prediction<'a> {
         }
         (self.k, self.end, self.stretches) = (stretch.start, stretch.end, rest);
     }
+}
 
-    /// Whether a sample is at hand.
+impl Prediction for Pressure<'_> {
     #[inline(always)]
     fn goes_on(&self) -> bool {
         self.k < self.end
     }
 
-    /// Judges the sample at hand and predicts the next one.
     #[inline(always)]
     fn step(&mut self) {
         let Exchange { record, plant, side, .. } = self.exchange;
@@ -162,7 +147,7 @@ impl<'a> Prediction<'a> {
             return;
         }
         let (before, dt_s) = (self.p, record.interval_s(k));
-        (self.p, self.warmth) = self.exchange.over(k, dt_s, &self.compression.stroke(place), (before, self.warmth));
+        (self.p, self.warmth) = self.exchange.over(k, dt_s, &self.compression[place], (before, self.warmth));
         // The lag sees a pressure that changes linearly over the interval.
         let lag = self.pressure_lag;
         self.sensed = if lag.time_constant_s > 1.0e-6 {
@@ -170,6 +155,10 @@ impl<'a> Prediction<'a> {
         } else {
             self.p
         };
+    }
+
+    fn errors(self) -> Vec<f64> {
+        self.errors
     }
 }
 
@@ -246,10 +235,8 @@ pub(crate) fn warmths(
         let place = geometry.place(record, plant, next);
         let dt_s = record.t_s[next] - record.t_s[k];
         let stroke = geometry.stroke(here, place, dt_s);
-        let usual_s = record.quality.interval_s;
-        let is_interrupted = dt_s > (constants::interruption() + (next - k - 1) as f64) * usual_s;
         warmth = match exchange.law {
-            Some(law) if is_interrupted => {
+            Some(law) if missing_between(&record.t_s, (k, next), record.quality.interval_s) => {
                 law.meanwhile([p(k), p(next)], warmth, exchange.surface_per_m(&stroke, dt_s), dt_s)
             }
             // The valve as it is in the middle of the way.

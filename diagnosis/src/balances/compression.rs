@@ -1,7 +1,7 @@
 //! What the piston's motion does to the air of a chamber from each sample to the next.
 
 use crate::data::record::Record;
-use crate::data::split::Stretch;
+use crate::data::split::{Stretch, samples};
 use plant_model::{Plant, Side};
 
 /// The parameters that the effect of the motion on a chamber's air depends on.
@@ -18,6 +18,26 @@ pub(crate) struct Geometry {
     energy_j_per_kg: f64,
 }
 
+/// The polytropic compression of a chamber's air from a sample to the next, as factors that do not depend on the pressure.
+pub(crate) struct Stroke {
+    /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the
+    /// halves.
+    pub(super) first_half: f64,
+    /// The same over the second half.
+    pub(super) second_half: f64,
+    /// Pressure per mass flow at the volume between, Pa s/kg.
+    pub(super) pa_s_per_kg: f64,
+    /// Position between, m.
+    pub(super) y_m: f64,
+}
+
+/// Where the piston is at a sample, and what volume that leaves to a chamber.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    y_m: f64,
+    volume_m3: f64,
+}
+
 impl Geometry {
     pub(crate) fn of(plant: &Plant<f64>, side: Side) -> Self {
         let c = plant.coefficients();
@@ -32,50 +52,7 @@ impl Geometry {
             energy_j_per_kg: plant.energy_j_per_kg(),
         }
     }
-}
 
-/// The polytropic compression of a chamber's air from each sample of some stretches to the next, as factors that do not
-/// depend on the pressure. The entry of a stretch's last sample is not used.
-pub(crate) struct Compression {
-    /// Growth of the pressure over the first half of the piston's way, as a factor; air is exchanged between the
-    /// halves.
-    first_half: Vec<f64>,
-    /// The same over the second half.
-    second_half: Vec<f64>,
-    /// Pressure per mass flow at the volume between, Pa s/kg.
-    pa_s_per_kg: Vec<f64>,
-    /// Position between, m.
-    y_m: Vec<f64>,
-}
-
-/// The compression over one interval.
-pub(super) struct Stroke {
-    pub(super) first_half: f64,
-    pub(super) second_half: f64,
-    pub(super) pa_s_per_kg: f64,
-    pub(super) y_m: f64,
-}
-
-impl Compression {
-    #[inline(always)]
-    pub(super) fn stroke(&self, place: usize) -> Stroke {
-        Stroke {
-            first_half: self.first_half[place],
-            second_half: self.second_half[place],
-            pa_s_per_kg: self.pa_s_per_kg[place],
-            y_m: self.y_m[place],
-        }
-    }
-}
-
-/// Where the piston is at a sample, and what volume that leaves to a chamber.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    y_m: f64,
-    volume_m3: f64,
-}
-
-impl Geometry {
     /// The piston's place at sample `k`.
     pub(super) fn place(&self, record: &Record, plant: &Plant<f64>, k: usize) -> Place {
         let y_m = plant.true_position_m(position(record, k, self.position_delay_s));
@@ -95,24 +72,14 @@ impl Geometry {
     }
 }
 
-/// The compression within some stretches, in order.
-pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, stretches: &[Stretch]) -> Compression {
-    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
-    let mut out = Compression {
-        first_half: Vec::with_capacity(count),
-        second_half: Vec::with_capacity(count),
-        pa_s_per_kg: Vec::with_capacity(count),
-        y_m: Vec::with_capacity(count),
-    };
+/// The compression from each sample of some stretches to the next, in order. The entry of a stretch's last sample is not used.
+pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, stretches: &[Stretch]) -> Vec<Stroke> {
+    let mut out = Vec::with_capacity(samples(stretches));
     for stretch in stretches {
         let mut here = g.place(record, plant, stretch.start);
         for k in stretch.range() {
             let next = g.place(record, plant, (k + 1).min(stretch.end - 1));
-            let stroke = g.stroke(here, next, record.interval_s(k));
-            out.first_half.push(stroke.first_half);
-            out.second_half.push(stroke.second_half);
-            out.pa_s_per_kg.push(stroke.pa_s_per_kg);
-            out.y_m.push(stroke.y_m);
+            out.push(g.stroke(here, next, record.interval_s(k)));
             here = next;
         }
     }

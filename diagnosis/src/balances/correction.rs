@@ -3,7 +3,7 @@
 
 use crate::constants;
 use crate::data::record::{ChamberSignals, Record};
-use crate::data::split::Stretch;
+use crate::data::split::{Stretch, samples};
 use plant_model::Side;
 
 /// Weights and gains at the samples of some stretches, in order.
@@ -20,7 +20,7 @@ pub(crate) struct Correction {
 pub(crate) fn correction(record: &Record, side: Side, stretches: &[Stretch]) -> Correction {
     let ChamberSignals { weight_per_pa: weights, noise_pa, doubt_pa, .. } = record.chamber(side);
     let sigma = noise_pa.max(constants::numerical_error_pa());
-    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
+    let count = samples(stretches);
     let mut out =
         Correction { weight_per_pa: Vec::with_capacity(count), gain: Vec::with_capacity(count), log_widths: 0.0 };
     for stretch in stretches {

@@ -1,10 +1,11 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
+use super::in_turns::{Prediction, halves, in_turns};
 use super::judged::judged;
 use crate::constants;
 use crate::data::record::{Moment, Record};
 use crate::data::smoothing::Smoothed;
-use crate::data::split::Stretch;
+use crate::data::split::{Stretch, samples};
 use plant_model::friction::Response;
 use plant_model::{Plant, Side, State};
 
@@ -19,8 +20,7 @@ fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
 /// `forces` are those within the stretches. `added_n` is a force in addition to the model's, one value per sample, that
 /// opposes positive motion; empty for none.
 ///
-/// Each sample waits for the arithmetic of the one before it: the first and the second half of the stretches, a sample of each in
-/// turns, take less time than one after the other.
+/// The first and the second half of the stretches run [in turns](super::in_turns).
 pub(crate) fn innovations(
     record: &Record,
     plant: &Plant<f64>,
@@ -28,26 +28,11 @@ pub(crate) fn innovations(
     added_n: &[f64],
     stretches: &[Stretch],
 ) -> Vec<f64> {
-    let (first, second) = stretches.split_at(stretches.len() / 2);
-    let place = first.iter().map(|stretch| stretch.range().len()).sum();
-    let [mut one, mut other] =
-        [(first, 0), (second, place)].map(|part| Prediction::new(record, plant, forces, added_n, part));
-    while one.goes_on() && other.goes_on() {
-        one.step();
-        other.step();
-    }
-    [one, other]
-        .map(|mut prediction| {
-            while prediction.goes_on() {
-                prediction.step();
-            }
-            prediction.errors
-        })
-        .concat()
+    in_turns(halves(stretches).map(|part| Motion::new(record, plant, forces, added_n, part))).concat()
 }
 
 /// The prediction of the position over some stretches, one sample after the other.
-struct Prediction<'a> {
+struct Motion<'a> {
     record: &'a Record,
     plant: &'a Plant<f64>,
     forces: &'a Forces,
@@ -74,7 +59,7 @@ struct Prediction<'a> {
     errors: Vec<f64>,
 }
 
-impl<'a> Prediction<'a> {
+impl<'a> Motion<'a> {
     /// Before the first sample of some stretches; second, its place among the forces.
     fn new(
         record: &'a Record,
@@ -102,7 +87,7 @@ impl<'a> Prediction<'a> {
             force: Driving { force_n: 0.0, p_a_pa: 0.0, p_b_pa: 0.0 },
             piston: Piston { y: 0.0, v: 0.0, z: 0.0 },
             waits: false,
-            errors: Vec::with_capacity(stretches.iter().map(|stretch| stretch.range().len()).sum()),
+            errors: Vec::with_capacity(samples(stretches)),
         };
         out.next_stretch();
         out
@@ -134,14 +119,14 @@ impl<'a> Prediction<'a> {
         let shown = [self.record.motion.value[k], self.record.motion.slope[k]];
         driving(self.plant, self.forces, self.first + k - self.stretch.start, shown, added)
     }
+}
 
-    /// Whether a sample is at hand.
+impl Prediction for Motion<'_> {
     #[inline(always)]
     fn goes_on(&self) -> bool {
         self.k < self.stretch.end
     }
 
-    /// Judges the sample at hand and predicts the next one.
     #[inline(always)]
     fn step(&mut self) {
         let Self { record, plant, inverse_sigma, at_rest, zero, k, .. } = *self;
@@ -197,6 +182,10 @@ impl<'a> Prediction<'a> {
             self.piston.step(plant, &self.force.middle(&next), record.interval_s(k));
         }
         self.force = next;
+    }
+
+    fn errors(self) -> Vec<f64> {
+        self.errors
     }
 }
 
@@ -334,7 +323,7 @@ pub(crate) struct Forces {
 
 /// The measured pressures with the sensor's lag undone, and the measured force, within some stretches.
 pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) -> Forces {
-    let count = stretches.iter().map(|stretch| stretch.range().len()).sum();
+    let count = samples(stretches);
     let measured = if record.available.force { count } else { 0 };
     let mut out = Forces {
         p_a_pa: Vec::with_capacity(count),

@@ -1,7 +1,7 @@
 //! Intermediate signals that many hypotheses share: each is computed once for all hypotheses with equal parameters of
 //! it.
 
-use super::compression::{Compression, Geometry};
+use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
 use super::piston::{Forces, Timing};
 use super::valve::Path;
@@ -18,7 +18,7 @@ pub(crate) struct Signals {
     /// The valve's openings by command path.
     pub(super) openings: Shared<Path, Vec<f64>>,
     /// What the piston's motion does to the chambers' air in some stretches.
-    pub(super) compression: Shared<(Geometry, Vec<Stretch>), Compression>,
+    pub(super) compression: Shared<(Geometry, Vec<Stretch>), Vec<Stroke>>,
     /// How the predictions of a chamber's pressure are judged and corrected in some stretches.
     pub(super) corrections: Shared<(Side, Vec<Stretch>), Correction>,
     /// Forces and pressures on the piston in some stretches.

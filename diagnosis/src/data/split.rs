@@ -18,9 +18,19 @@ impl Stretch {
     }
 }
 
+/// How many samples some stretches have.
+pub(crate) fn samples(stretches: &[Stretch]) -> usize {
+    stretches.iter().map(|stretch| stretch.range().len()).sum()
+}
+
 /// Whether samples are missing before sample `k`; `usual_s` is the usual interval.
 pub(crate) fn interrupted(t_s: &[f64], k: usize, usual_s: f64) -> bool {
-    k > 0 && k < t_s.len() && t_s[k] - t_s[k - 1] > constants::interruption() * usual_s
+    k > 0 && k < t_s.len() && missing_between(t_s, (k - 1, k), usual_s)
+}
+
+/// Whether samples are missing between two of them.
+pub(crate) fn missing_between(t_s: &[f64], (from, to): (usize, usize), usual_s: f64) -> bool {
+    t_s[to] - t_s[from] > (constants::interruption() + (to - from - 1) as f64) * usual_s
 }
 
 /// Cuts the samples at interruptions and where the part held back begins or ends. Writes interval, jitter and number of

@@ -9,7 +9,7 @@ use crate::balances::term_library::{self, Term};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
-use crate::data::split::Stretch;
+use crate::data::split::{Stretch, samples};
 use crate::model::effects;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
@@ -129,8 +129,7 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
-        let samples = self.stretches.iter().map(|stretch| stretch.range().len()).sum();
-        self.effort.add(samples, wanted, plant.added().wall_heat.law.is_some());
+        self.effort.add(samples(&self.stretches), wanted, plant.added().wall_heat.law.is_some());
         let innovations =
             observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
         Some(average_neighbours(&innovations, self.record.averaged()))
@@ -164,7 +163,7 @@ impl<'a> Problem<'a> {
 
     /// The same problem on a subset of its data, for comparing candidates, and the ratio of all data to the subset.
     pub(crate) fn subset(&self) -> (Self, f64) {
-        let count = |stretches: &[Stretch]| stretches.iter().map(|s| s.range().len()).sum::<usize>() as f64;
+        let count = |stretches: &[Stretch]| samples(stretches) as f64;
         let (all, interval) = (count(&self.stretches), self.record.step_s.max(1.0e-6));
         let every = (all * interval / constants::subset_s()).round().max(1.0) as usize;
         let length = ((constants::subset_piece_s() / interval) as usize).max(1);

@@ -2,7 +2,7 @@
 //! unexplained.
 
 use crate::constants;
-use crate::data::channel::Channel;
+use crate::data::channel::{Channel, Channels};
 use crate::estimate::likelihood::{COST_OF_NOISE, dispersion, misfit};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -90,6 +90,15 @@ pub(crate) fn uncertain(fit: &Fit, effect: Effect) -> bool {
     presence(fit, effect).all(|(place, _, away)| away < constants::sure() * covariance[(place, place)].max(0.0).sqrt())
 }
 
+/// How far the parameter of an effect that is farthest from neutral is from it, in standard errors; 0 before there are any.
+pub(crate) fn standard_errors_away(fit: &Fit, effect: Effect) -> f64 {
+    let Some(covariance) = &fit.covariance else { return 0.0 };
+    let errors = |(place, _, away): (usize, &Parameter, f64)| {
+        away / covariance[(place, place)].max(0.0).sqrt().max(f64::MIN_POSITIVE)
+    };
+    presence(fit, effect).map(errors).fold(0.0, f64::max)
+}
+
 /// Penalised cost: minus the log-posterior plus a penalty for every cause and parameter. Hypotheses are compared by it.
 /// Whether a cause matters is decided by [`required_gain`].
 pub(crate) fn penalised_cost(problem: &Problem<'_>, fit: &Fit) -> f64 {
@@ -119,35 +128,34 @@ pub(crate) fn cost_before_pruning(problem: &Problem<'_>, fit: &Fit) -> f64 {
 
 /// Whether a fit leaves a balance so far above noise that all its causes may be wrong.
 pub(crate) fn wide_open(problem: &Problem<'_>, fit: &Fit) -> bool {
-    any_beyond(problem, constants::wide_open(), |channel| fit.cost_in(problem, channel.bit()))
+    any_beyond(problem, problem.judgeable, constants::wide_open(), |channel| fit.cost_in(problem, channel.bit()))
 }
 
 /// The same, whatever over-dispersion has been found: names are out of reach.
 pub(crate) fn out_of_reach(problem: &Problem<'_>, fit: &Fit) -> bool {
-    any_beyond(problem, constants::wide_open(), |channel| fit.channel_cost[channel as usize])
+    any_beyond(problem, problem.judgeable, constants::wide_open(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// Whether a fit leaves a balance far from white noise.
 pub(crate) fn open(problem: &Problem<'_>, fit: &Fit) -> bool {
-    any_beyond(problem, constants::open(), |channel| fit.channel_cost[channel as usize])
+    any_beyond(problem, problem.judgeable, constants::open(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// The same of the balances of the chambers.
 pub(crate) fn open_chambers(problem: &Problem<'_>, fit: &Fit) -> bool {
-    let of_chamber = |channel| matches!(channel, Channel::PressureA | Channel::PressureB);
-    let cost = |channel| if of_chamber(channel) { fit.channel_cost[channel as usize] } else { 0.0 };
-    any_beyond(problem, constants::open(), cost)
+    let chambers = Channel::PressureA.bit() | Channel::PressureB.bit();
+    any_beyond(problem, chambers, constants::open(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// Whether a fit leaves a balance that noise alone does not explain.
 pub(crate) fn beyond_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
-    any_beyond(problem, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
+    any_beyond(problem, problem.judgeable, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
 }
 
-/// Whether any channel costs more than so many times its noise.
-fn any_beyond(problem: &Problem<'_>, times: f64, cost: impl Fn(Channel) -> f64) -> bool {
-    let mut judgeable = Channel::ALL.into_iter().filter(|c| problem.judgeable & c.bit() != 0);
-    judgeable.any(|c| cost(c) > times * problem.noise_cost(c.bit()))
+/// Whether any of some channels that are judged costs more than so many times its noise.
+fn any_beyond(problem: &Problem<'_>, channels: Channels, times: f64, cost: impl Fn(Channel) -> f64) -> bool {
+    let mut judged = Channel::ALL.into_iter().filter(|c| channels & problem.judgeable & c.bit() != 0);
+    judged.any(|c| cost(c) > times * problem.noise_cost(c.bit()))
 }
 
 #[cfg(test)]

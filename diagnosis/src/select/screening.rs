@@ -6,12 +6,11 @@
 
 use super::backward::prune;
 use super::everyday;
-use super::penalty::open_chambers;
+use super::penalty::{open_chambers, standard_errors_away};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
-use plant_model::Effect;
 
 /// The effects that the fit of all everyday ones finds away from neutral, pruned and fitted to all data; `None` unless they close
 /// the balances of the chambers on a part of it.
@@ -37,15 +36,4 @@ pub(crate) fn screened(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fi
     }
     let begun = prune(&subset, begun).fit.hypothesis;
     Some(prune(problem, problem.fit(begun, constants::iterations())?).fit)
-}
-
-/// How far the parameter of an effect that is farthest from neutral is from it, in standard errors.
-fn standard_errors_away(fit: &Fit, effect: Effect) -> f64 {
-    let h = &fit.hypothesis;
-    let away = |place: usize| {
-        let variance = fit.covariance.as_ref().map_or(f64::INFINITY, |covariance| covariance[(place, place)]);
-        (h.values[place] - h.parameters[place].neutral).abs() / variance.max(0.0).sqrt().max(f64::MIN_POSITIVE)
-    };
-    let own = |place: &usize| matches!(h.parameters[*place].slot, Slot::Effect(other, _) if other == effect);
-    (0..h.parameters.len()).filter(own).map(away).fold(0.0, f64::max)
 }
