@@ -95,6 +95,12 @@ impl Row {
     pub fn quiet(&self) -> bool {
         self.quiet
     }
+
+    /// A situation with the row's fault, and the same run without: silence of a host that need not speak.
+    fn with_and_without_fault(&self, situation: &Situation) -> [Scenario; 2] {
+        [self.fault, Fault::new(Kind::HostSilent, None, 0.0)]
+            .map(|fault| scenario(situation, fault, self.quiet, self.dump))
+    }
 }
 
 /// Time constant of supply and hoses behind a dump valve, its own delay included, s.
@@ -191,6 +197,13 @@ struct Situation {
 /// What the piston does when the fault strikes.
 const PHASES: [&str; 3] = ["at rest", "moving outwards", "turning back"];
 
+impl Situation {
+    /// Rig, phase and seed.
+    fn label(&self) -> String {
+        format!("{}, {}, seed {}", self.rig, PHASES[self.phase], self.seed)
+    }
+}
+
 fn situations(law: LawChoice, seed: u64, seeds: u64) -> Vec<Situation> {
     let mut all = Vec::new();
     for (rig, _) in RIGS {
@@ -281,15 +294,13 @@ pub struct FarRun {
 pub fn far_runs(row: &Row, seed: u64, seeds: u64) -> Result<Vec<FarRun>, TargetError> {
     let mut far = Vec::new();
     for situation in situations(LawChoice::Servo, seed, seeds) {
-        let spoilt = scenario(&situation, row.fault, row.quiet, row.dump);
-        let healthy = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), row.quiet, row.dump);
+        let [spoilt, healthy] = row.with_and_without_fault(&situation);
         let healthy = Scenario { duration_s: spoilt.duration_s, ..healthy };
         let closed_m = run(&closed_at(&healthy, spoilt.fault[0].at_s))?.excursion_m;
         let coasting_m = closed_m.max(run(&healthy)?.excursion_m);
         let beyond_m = run(&spoilt)?.excursion_m - coasting_m;
         if beyond_m >= THREAT_M {
-            let label = format!("{}, {}, seed {}", situation.rig, PHASES[situation.phase], situation.seed);
-            far.push(FarRun { label, spoilt, healthy, coasting_m, beyond_m });
+            far.push(FarRun { label: situation.label(), spoilt, healthy, coasting_m, beyond_m });
         }
     }
     Ok(far)
@@ -303,13 +314,8 @@ pub fn study(row: &Row, law: LawChoice, seed: u64, seeds: u64) -> Result<Tally, 
     let runs: Vec<_> = situations(law, seed, seeds)
         .par_iter()
         .map(|situation| {
-            let spoilt = scenario(situation, row.fault, row.quiet, row.dump);
-            // The same run without fault: silence of a host that need not speak.
-            let healthy = scenario(situation, Fault::new(Kind::HostSilent, None, 0.0), row.quiet, row.dump);
-            let where_and_when = format!(
-                "{}, {}, seed {}, struck at {:.3} s",
-                situation.rig, PHASES[situation.phase], situation.seed, spoilt.fault[0].at_s
-            );
+            let [spoilt, healthy] = row.with_and_without_fault(situation);
+            let where_and_when = format!("{}, struck at {:.3} s", situation.label(), spoilt.fault[0].at_s);
             let [bare, undisturbed] =
                 [unprotected(&spoilt)?, unprotected(&healthy)?].map(|outcome| outcome.excursion_m);
             // What coasting alone comes to: no fault, but the valve is closed the moment it would strike.

@@ -13,16 +13,11 @@ use control::Mode;
 use nalgebra::{DMatrix, DVector};
 use plant_model::valve_flow::Opening;
 use plant_model::{Plant, Side};
+use plant_sim::CodeNoise;
 use rig_files::RigFile;
 use std::collections::VecDeque;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use std::ops::Range;
-
-/// Standard deviation of a pressure's noise, Pa, in the study.
-pub const PRESSURE_NOISE_PA: f64 = 600.0;
-
-/// Standard deviation of the position's noise, m, in the study.
-pub const POSITION_NOISE_M: f64 = 5.0e-5;
 
 /// Steps of the integration in a tick: the spool's lag is not much longer than one.
 const STEPS: usize = 4;
@@ -40,10 +35,13 @@ pub enum Freedom {
     Anything,
 }
 
-/// The monitor's tolerances: flow and compression, volume at mid-stroke, null in V.
-const FLOW: f64 = 0.2;
+/// The monitor's tolerance of flow and compression.
+pub const FLOW: f64 = 0.2;
+/// Its tolerance of the valve's null, V.
+pub const NULL_V: f64 = 0.025;
+
+/// What a volume at mid-stroke may be off by: the monitor has no tolerance of its own for it.
 const VOLUME: f64 = 0.05;
-const NULL_V: f64 = 0.025;
 
 /// Points of the functions along the opening, from closed to wide open, and along the pressure, from atmosphere to supply.
 const OPENINGS: usize = 4;
@@ -225,15 +223,15 @@ impl Twin {
                 middle
             })
             .collect();
-        let [noise_m, noise_pa] = if quiet { [0.0; 2] } else { [POSITION_NOISE_M, PRESSURE_NOISE_PA] };
+        let noise = if quiet { CodeNoise::NONE } else { CodeNoise::default() };
         let measured_pa = [0, 1].map(|side: usize| log.pressure_pa[side][..ticks].to_vec());
         Ok(Self {
             plant,
             freedom,
             tick_s,
-            y_m: smooth(&log.position_m[..ticks], noise_m),
-            supply_pa: smooth(&log.supply_pa[..ticks], noise_pa),
-            smoothed_pa: [0, 1].map(|side: usize| smooth(&measured_pa[side], noise_pa)),
+            y_m: smooth(&log.position_m[..ticks], noise.position_m),
+            supply_pa: smooth(&log.supply_pa[..ticks], noise.pressure_pa),
+            smoothed_pa: [0, 1].map(|side: usize| smooth(&measured_pa[side], noise.pressure_pa)),
             measured_pa,
             spool_v,
         })
@@ -568,7 +566,7 @@ impl Fit {
     pub fn rms(&self, ticks: usize) -> f64 {
         let last = |r: &Vec<f64>| r[r.len().saturating_sub(ticks)..].to_vec();
         let all: Vec<f64> = self.residual_pa.iter().flat_map(last).collect();
-        (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt() / PRESSURE_NOISE_PA
+        (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt() / CodeNoise::default().pressure_pa
     }
 
     /// The largest running mean of A, of B, of their sum and of their difference that ends in the last `ticks`, in its
@@ -581,7 +579,7 @@ impl Fit {
         for length in LENGTHS {
             for end in ends.clone().filter(|&end| end >= length) {
                 let sum = |r: &[f64]| r[end - length..end].iter().sum::<f64>();
-                let scale = 1.0 / (PRESSURE_NOISE_PA * (length as f64).sqrt());
+                let scale = 1.0 / (CodeNoise::default().pressure_pa * (length as f64).sqrt());
                 let (a, b) = (sum(a) * scale, sum(b) * scale);
                 let both = [a, b, (a + b) * FRAC_1_SQRT_2, (a - b) * FRAC_1_SQRT_2];
                 largest = both.into_iter().fold(largest, |most, x| most.max(x.abs()));

@@ -3,7 +3,7 @@
 use control::{Channel, LawChoice};
 use scenarios::fault::Kind;
 use scenarios::reliability::{RIGS, THREAT_M, far_runs, normal_running, rows, study};
-use scenarios::sound_twin::{Freedom, LIMIT, Log, Twin};
+use scenarios::sound_twin::{FLOW, Freedom, LIMIT, Log, NULL_V, Twin};
 
 fn select(choose: impl Fn(Kind, Option<Channel>) -> bool) -> Vec<scenarios::reliability::Row> {
     let rows: Vec<_> = rows().into_iter().filter(|row| choose(row.fault.kind, row.fault.channel)).collect();
@@ -97,4 +97,10 @@ fn a_sound_rig_with_a_load_reads_as_a_slow_sensor_does_only_where_its_errors_cha
         assert!(mean(Freedom::Constants, &faulty) > 10.0 * LIMIT, "{}", run.label);
         assert!(mean(Freedom::Anything, &faulty) < LIMIT, "{}", run.label);
     }
+}
+
+#[test]
+fn a_sound_twin_is_allowed_what_the_monitor_allows() {
+    let monitor = monitor::MonitorParameters::default();
+    assert_eq!([FLOW as f32, NULL_V as f32], [monitor.relative, monitor.opening_v]);
 }

@@ -4,7 +4,7 @@
 use clap::Parser;
 use rayon::prelude::*;
 use scenarios::reliability::{FarRun, Row, closed_at, far_runs, rows};
-use scenarios::sound_twin::{Freedom, LIMIT, Log, Twin};
+use scenarios::sound_twin::{Fit, Freedom, LIMIT, Log, Twin};
 use scenarios::{Scenario, run};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -90,21 +90,37 @@ impl Case {
         Ok(Twin::new(&self.far.spoilt.rig_file()?, freedom, log, self.tripped + 1, self.quiet)?)
     }
 
+    /// The first tick that is fitted.
+    fn start(&self, before: usize) -> usize {
+        if before == 0 { 0 } else { self.struck - before }
+    }
+
+    /// Ticks from the fault until the monitor trips.
+    fn since(&self) -> usize {
+        self.tripped + 1 - self.struck
+    }
+
+    /// What a fit from `start` on leaves, as columns of a table: RMS over four windows and the largest running mean.
+    fn residuals(&self, fit: &Fit, start: usize) -> String {
+        let mut columns = String::new();
+        for ticks in [20, 50, self.since(), self.tripped + 1 - start] {
+            let _ = write!(columns, " {:.2} |", fit.rms(ticks));
+        }
+        let _ = write!(columns, " {:.1} |", fit.largest_mean(self.since()));
+        columns
+    }
+
     /// The readings of the fault, as a line of the table.
     fn faulty_line(
         &self,
         (freedom, name): (Freedom, &str),
         (before, window): (usize, &str),
     ) -> Result<String, Failure> {
-        let start = if before == 0 { 0 } else { self.struck - before };
-        let since = self.tripped + 1 - self.struck;
+        let (start, since) = (self.start(before), self.since());
         let twin = self.twin(freedom, &self.faulty)?;
         let fit = twin.fit(&(start..self.tripped + 1));
-        let mut line = format!("| {} | {name} | {window} |", self.name);
-        for ticks in [20, 50, since, self.tripped + 1 - start] {
-            let _ = write!(line, " {:.2} |", fit.rms(ticks));
-        }
-        let _ = write!(line, " {:.1} | {since} |", fit.largest_mean(since));
+        let residuals = self.residuals(&fit, start);
+        let mut line = format!("| {} | {name} | {window} |{residuals} {since} |", self.name);
         match twin.first_alarm(start, self.struck + 1..self.tripped + 1) {
             None => line.push_str(" never | – |"),
             Some(alarm) => {
@@ -123,18 +139,14 @@ impl Case {
         (freedom, name): (Freedom, &str),
         (before, window): (usize, &str),
     ) -> Result<String, Failure> {
-        let start = if before == 0 { 0 } else { self.struck - before };
-        let since = self.tripped + 1 - self.struck;
+        let start = self.start(before);
         let mut line = format!("| {} | {name} | {window} |", self.name);
         for log in [&self.sound, &self.wrong] {
             let twin = self.twin(freedom, log)?;
             let fit = twin.fit(&(start..self.tripped + 1));
-            for ticks in [20, 50, since, self.tripped + 1 - start] {
-                let _ = write!(line, " {:.2} |", fit.rms(ticks));
-            }
             let ticks = (self.struck + 1..self.tripped + 1).step_by(STRIDE);
             let alarm = if twin.first_alarm(start, ticks).is_some() { "alarm" } else { "none" };
-            let _ = write!(line, " {:.1} | {alarm} |", fit.largest_mean(since));
+            let _ = write!(line, "{} {alarm} |", self.residuals(&fit, start));
         }
         Ok(line)
     }
