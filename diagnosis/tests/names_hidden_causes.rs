@@ -120,6 +120,29 @@ fn a_piston_area_is_named_beside_uncertain_values_with_an_honest_error() {
     assert!((scales[1].value / scales[0].value - areas[1] / areas[0]).abs() < 0.002, "{scales:?}");
 }
 
+/// Friction that grows with pressure raises friction at the mean pressure too; of that level a log tells only the sum with the rig file's
+/// own, which is 2 % off here. Between the two the cost has a valley with steps made by breakaways.
+#[test]
+fn a_friction_that_grows_with_pressure_is_told_with_an_honest_error_beside_an_uncertain_level() {
+    if !runs_long("the error of a friction that grows with pressure") {
+        return;
+    }
+    let plan: Plan = "triples/2%/720f11e8f75e9424".parse().expect("a case");
+    let case = plan.draw();
+    let growth = |cause: &Cause| match cause {
+        Cause::Catalogue(Effect::FrictionPressure, [growth, ..]) => Some(*growth),
+        _ => None,
+    };
+    let truth = case.causes.iter().find_map(growth).expect("hidden there");
+    let diagnosis = found(&case.rig_file, &case.record().0);
+    let cause = diagnosis.causes.iter().find(|cause| cause.id == Effect::FrictionPressure.id()).expect("named");
+    let told = &cause.parameters[0];
+    assert!(
+        (told.value - truth).abs() < 3.0 * told.std_error && told.std_error < 0.1 * truth,
+        "{told:?} instead of {truth}"
+    );
+}
+
 /// The force at a breakaway is read off noisy pressures; a thousand breakaways do not make it more certain than one.
 #[test]
 fn a_static_friction_is_told_with_the_noise_of_the_force_at_a_breakaway() {

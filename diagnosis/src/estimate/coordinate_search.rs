@@ -1,6 +1,7 @@
 //! Coordinate search and profile likelihood for parameters with a non-smooth cost, where a derivative says little about
 //! the cost a few steps away.
 
+use super::compensation::moved;
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
@@ -29,6 +30,7 @@ impl Problem<'_> {
         let mut values = h.values.clone();
         let mut cost = fit.cost(self);
         let mut found = false;
+        let companions = self.companions(h);
         for (index, parameter) in
             h.parameters.iter().enumerate().filter(|(_, p)| is_non_smooth(p) && p.channels & changed != 0)
         {
@@ -37,8 +39,7 @@ impl Problem<'_> {
             let mut step = constants::coordinate_step() * parameter.scale;
             for _ in 0..constants::coordinate_trials() {
                 let trial = |step: f64| {
-                    let mut trial = values.clone();
-                    trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
+                    let trial = moved(h, &values, (index, step), &companions[index]);
                     let residuals = self.evaluate(h, &trial, touched)?;
                     Some((in_others + self.total(&residuals, h, &trial), trial))
                 };
@@ -56,7 +57,7 @@ impl Problem<'_> {
     }
 
     /// Standard error of a parameter with a non-smooth cost, from its likelihood profile: half the distance beyond
-    /// which the cost has risen on both sides. The other parameters stay fixed. `None` where the curvature can be
+    /// which the cost has risen on both sides. The other parameters but its companions stay fixed. `None` where the curvature can be
     /// trusted.
     pub(crate) fn width(&self, fit: &Fit, index: usize) -> Option<f64> {
         let h = &fit.hypothesis;
@@ -64,12 +65,12 @@ impl Problem<'_> {
         if !is_non_smooth(parameter) {
             return None;
         }
+        let companions = self.companions(h);
         let touched = parameter.channels;
         let cost = fit.cost_in(self, touched);
         let rest = (cost - self.noise_cost(touched)).max(0.0);
         let risen = |step: f64| {
-            let mut trial = h.values.clone();
-            trial[index] = (trial[index] + step).clamp(parameter.min, parameter.max);
+            let trial = moved(h, &h.values, (index, step), &companions[index]);
             self.cost_of(h, &trial, touched)
                 .is_none_or(|at| at > cost + constants::profile_rise() + constants::profile_rise_of_rest() * rest)
         };

@@ -5,10 +5,10 @@ use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::{Parameter, Slot};
 use nalgebra::{DMatrix, DVector};
 use plant_model::Side;
-use plant_model::effects::identification::StandsFor;
+
+const STATIC_FRICTION: &str = "friction.static_n";
 
 impl Problem<'_> {
     /// Adds the parameters' covariance to a fit, by the sandwich estimator (White 1980) with correlated errors.
@@ -57,7 +57,7 @@ impl Problem<'_> {
                 if hypothesis.parameters[i].tolerance.is_none() {
                     covariance[(i, i)] += constants::numerical_scale() * constants::numerical_scale();
                 }
-                if is_static_friction(&hypothesis.parameters[i]) {
+                if hypothesis.parameters[i].is_value_of(STATIC_FRICTION) {
                     let error_n = self.breakaway_error_n(hypothesis);
                     covariance[(i, i)] += (error_n / hypothesis.parameters[i].scale).powi(2);
                 }
@@ -81,18 +81,5 @@ impl Problem<'_> {
         let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else { return 0.0 };
         let of = |side| plant.area_m2(side) * self.record.smoothed_pressure_error_pa(side);
         of(Side::A).hypot(of(Side::B))
-    }
-}
-
-/// Whether a parameter is the static friction.
-fn is_static_friction(parameter: &Parameter) -> bool {
-    const STATIC: &str = "friction.static_n";
-    match parameter.slot {
-        Slot::Nominal(key) => key.path == STATIC,
-        Slot::Effect(effect, index) | Slot::Stated(effect, index) => {
-            let stands_for = &effect.identification().stands_for;
-            matches!(stands_for, StandsFor::ValuesOf(_)) && stands_for.parameter_of(STATIC) == Some(index)
-        }
-        Slot::Term(_) | Slot::SupplySensor => false,
     }
 }

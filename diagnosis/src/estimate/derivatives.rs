@@ -1,5 +1,6 @@
 //! Derivatives of the residuals by the parameters, and the normal matrix they make.
 
+use super::compensation::{Companion, moved, separated};
 use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
@@ -37,6 +38,35 @@ impl Problem<'_> {
         base: &Residuals,
         index: usize,
     ) -> Residuals {
+        self.difference_quotient(hypothesis, (values, base), index, &[])
+    }
+
+    /// The derivatives by those parameters of a hypothesis that are `wanted`. Parameters that raise a level are moved with their
+    /// [companions](super::compensation).
+    pub(crate) fn derivatives(
+        &self,
+        hypothesis: &Hypothesis,
+        at: (&[f64], &Residuals),
+        wanted: impl Fn(usize) -> bool + Sync,
+        columns: &mut [Residuals],
+    ) {
+        let companions = self.companions(hypothesis);
+        columns.par_iter_mut().enumerate().filter(|(index, _)| wanted(*index)).for_each(|(index, column)| {
+            *column = self.difference_quotient(hypothesis, at, index, &companions[index]);
+        });
+        for index in (0..columns.len()).filter(|index| wanted(*index)) {
+            separated(hypothesis, columns, (index, &companions[index]));
+        }
+    }
+
+    /// The change of the residuals per scale of a parameter that is moved with its companions.
+    fn difference_quotient(
+        &self,
+        hypothesis: &Hypothesis,
+        (values, base): (&[f64], &Residuals),
+        index: usize,
+        companions: &[Companion],
+    ) -> Residuals {
         let parameter = &hypothesis.parameters[index];
         let rough = Channel::Position.bit();
         let mut out = Residuals::default();
@@ -46,15 +76,14 @@ impl Problem<'_> {
                 continue;
             }
             let mut step = relative * parameter.scale;
-            let mut moved = values.to_vec();
             if values[index] + step > parameter.max || hypothesis.open_side(values, index, step) < 0.0 {
                 step = -step;
             }
-            moved[index] += step;
-            let residuals = self.evaluate(hypothesis, &moved, wanted).or_else(|| {
+            let after =
+                |step: f64| self.evaluate(hypothesis, &moved(hypothesis, values, (index, step), companions), wanted);
+            let residuals = after(step).or_else(|| {
                 step = -step;
-                moved[index] = values[index] + step;
-                self.evaluate(hypothesis, &moved, wanted)
+                after(step)
             });
             for (channel, new) in residuals.iter().flat_map(|r| r.channels.iter().enumerate()) {
                 let pairs = new.iter().zip(&base.channels[channel]);
@@ -70,8 +99,8 @@ impl Problem<'_> {
     pub(crate) fn jacobian(&self, fit: &Fit) -> Option<Jacobian> {
         let h = &fit.hypothesis;
         let base = self.evaluate(h, &h.values, self.judgeable)?;
-        let column = |index: usize| self.jacobian_column(h, &h.values, &base, index);
-        let columns = (0..h.values.len()).into_par_iter().map(column).collect();
+        let mut columns = vec![Residuals::default(); h.values.len()];
+        self.derivatives(h, (&h.values, &base), |_| true, &mut columns);
         Some(Jacobian { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
 

@@ -2,7 +2,8 @@
 
 pub(crate) mod between_rows;
 pub(crate) mod clocks;
-pub(crate) mod coordinate_search;
+pub(crate) mod compensation;
+mod coordinate_search;
 pub(crate) mod covariance;
 pub(crate) mod derivatives;
 pub(crate) mod effort;

@@ -8,7 +8,6 @@ use crate::data::channel::Channels;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 impl Problem<'_> {
     /// The cost of a hypothesis at its present values, without a step.
@@ -83,12 +82,8 @@ impl Problem<'_> {
             if hypothesis.parameters.is_empty() {
                 break;
             }
-            columns.par_iter_mut().enumerate().for_each(|(index, column)| {
-                let parameter = &hypothesis.parameters[index];
-                if known[index].is_none() && free(parameter) {
-                    *column = self.jacobian_column(&hypothesis, &values, &residuals, index);
-                }
-            });
+            let wanted = |index: usize| known[index].is_none() && free(&hypothesis.parameters[index]);
+            self.derivatives(&hypothesis, (&values, &residuals), wanted, &mut columns);
             let references: Vec<&Residuals> = columns.iter().collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &references, None);
             for _ in 0..7 {

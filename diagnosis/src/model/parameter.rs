@@ -2,6 +2,7 @@
 
 use crate::data::channel::Channels;
 use plant_model::Effect;
+use plant_model::effects::identification::StandsFor;
 use rig_files::RigKey;
 
 /// What one number of the parameter vector stands for.
@@ -59,4 +60,18 @@ pub(crate) struct Parameter {
     pub(crate) max: f64,
     /// Channels it acts on.
     pub(crate) channels: Channels,
+}
+
+impl Parameter {
+    /// Whether it is a value of the rig file, by its path: corrected, or replaced by an effect.
+    pub(crate) fn is_value_of(&self, path: &str) -> bool {
+        match self.slot {
+            Slot::Nominal(key) => key.path == path,
+            Slot::Effect(effect, index) | Slot::Stated(effect, index) => {
+                let stands_for = &effect.identification().stands_for;
+                matches!(stands_for, StandsFor::ValuesOf(_)) && stands_for.parameter_of(path) == Some(index)
+            }
+            Slot::Term(_) | Slot::SupplySensor => false,
+        }
+    }
 }

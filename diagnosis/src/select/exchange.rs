@@ -80,9 +80,10 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
         let mut exchanged = None;
         for place in order {
             let Some(without) = without[place].clone() else { continue };
-            // Where too much is spent a cause keeps its place, and ties that its file does not state stay untold.
+            // Where too much is spent only the image of a cause is looked at; other ties that its file does not state stay untold.
             let found = if exhausted(problem, &best) {
-                Alternatives { without, instead: Vec::new(), searched: false }
+                let instead = fit_image(problem, &best, effects[place]).into_iter().collect();
+                Alternatives { without, instead, searched: false }
             } else {
                 alternatives(problem, &best, effects[place], without, memory)
             };

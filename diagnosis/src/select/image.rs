@@ -28,7 +28,7 @@ pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<
     // A factor on friction multiplies the stated static friction, not one fitted as an effect; friction that grows with
     // pressure adds to both. So the fitted value changes by the difference, and the stated levels keep their values.
     let factor = matches!(effect.identification().stands_for, StandsFor::FactorOn(_));
-    let levels = ["friction.static_n", "friction.coulomb_n"];
+    let levels = [effect, other].map(|effect| effect.identification().adds_to_levels).concat();
     for (parameter, value) in out.parameters.iter().zip(&mut out.values) {
         match parameter.slot {
             Slot::Effect(e, 0) if e == other => *value = start[0],
@@ -54,7 +54,7 @@ fn imaged(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Op
         away: fit.hypothesis.values_of(effect).first()? - neutral_here,
         neutral: neutral_here,
         image_neutral: neutral(other)?,
-        gauge_sum_pa: gauge_sum_pa(problem),
+        gauge_sum_pa: problem.gauge_sum_pa(),
     };
     effect.as_image(other, &context)
 }
@@ -62,14 +62,4 @@ fn imaged(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Op
 /// The third effect, and the index of its parameter, that has to change when a cause is replaced by its image.
 pub(crate) fn companion(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<(Effect, usize)> {
     imaged(problem, fit, effect, other)?.companion.map(|(companion, index, _)| (companion, index))
-}
-
-/// The mean of both chambers' gauge pressures, summed; `None` unless both are measured and above atmosphere.
-fn gauge_sum_pa(problem: &Problem<'_>) -> Option<f64> {
-    let record = problem.record;
-    let atmosphere_pa = problem.rig.rig.supply.atmosphere_pa;
-    let mean = |signal: &[f64]| signal.iter().sum::<f64>() / signal.len().max(1) as f64;
-    let both = record.available.pressure_a && record.available.pressure_b;
-    let sum = mean(&record.p_a_pa) + mean(&record.p_b_pa) - 2.0 * atmosphere_pa;
-    (both && sum > 0.1 * atmosphere_pa).then_some(sum)
 }

@@ -54,16 +54,19 @@ impl Definition for FrictionPressure {
         }],
     };
 
-    const IDENTIFICATION: &'static Identification = &Identification::on(
-        Balances::FORCE,
-        &[Picture::new(
-            Balance::Force,
-            Against::Sum,
-            "Opposite errors in the two directions that grow with the chamber pressures: seal lips pressed on.",
+    const IDENTIFICATION: &'static Identification = &Identification {
+        adds_to_levels: &["friction.coulomb_n", "friction.static_n"],
+        ..Identification::on(
+            Balances::FORCE,
+            &[Picture::new(
+                Balance::Force,
+                Against::Sum,
+                "Opposite errors in the two directions that grow with the chamber pressures: seal lips pressed on.",
+            )
+            .only(Only::Sliding)
+            .split(Split::Motion)],
         )
-        .only(Only::Sliding)
-        .split(Split::Motion)],
-    );
+    };
 
     fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
         Terms { coefficient_n_per_pa: values[0] }

@@ -301,6 +301,9 @@ pub struct Identification {
     /// Values of the rig file that change in step with it, with their exponent (−1 or 1) in its first parameter over
     /// neutral: together they change nothing that air and mass show. A fit has to begin on that line.
     pub moves_in_step: &'static [(&'static str, i8)],
+    /// Friction levels of the rig file, as paths, to each of which its first parameter times the sum of both gauge pressures adds: what it
+    /// adds on average a log shows only together with them.
+    pub adds_to_levels: &'static [&'static str],
     /// How its own parameters change when lengths read too long by a factor: the exponents, −1, 0 or 1.
     pub length_exponents: [i8; MAX_PARAMETERS],
     /// How those of its parameters that are factors change with the cross-section, see [`crate::similarity`]: 1 for a factor on an area,
@@ -340,6 +343,7 @@ impl Identification {
             stands_for: StandsFor::Nothing,
             carries_along: &[],
             moves_in_step: &[],
+            adds_to_levels: &[],
             length_exponents: [0; MAX_PARAMETERS],
             size_exponents: [0; MAX_PARAMETERS],
             starts_fitted: 1,
