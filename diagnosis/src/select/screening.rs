@@ -12,7 +12,7 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 
-/// The effects that the fit of all everyday ones finds away from neutral, pruned and fitted to all data; `None` unless they close
+/// The effects that the fit of all everyday ones finds away from neutral, pruned there and fitted to all data; `None` unless they close
 /// the balances of the chambers on a part of it.
 pub(crate) fn screened(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit> {
     let (subset, _) = problem.subset();
@@ -34,6 +34,5 @@ pub(crate) fn screened(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fi
     if open_chambers(&subset, &begun) {
         return None;
     }
-    let begun = prune(&subset, begun).fit.hypothesis;
-    Some(prune(problem, problem.fit(begun, constants::iterations())?).fit)
+    problem.fit(prune(&subset, begun).fit.hypothesis, constants::iterations())
 }
