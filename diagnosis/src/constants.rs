@@ -152,6 +152,9 @@ constants! {
         outlier: f64 = 10.0, "",
             "A reading so far from a line through its four neighbours, in their own distance from it or the sensor's noise, is left out.",
             "the usual identifier takes 3 and leaves out noise; nothing that a piston or air does comes near 10";
+        distant_rows: f64 = 0.005, "s",
+            "Between rows farther apart a pressure may come and go.",
+            "a sixth of the period of a piston on short chambers, 30 Hz";
         interruption: f64 = 2.5, "usual intervals",
             "A longer step of time interrupts the log.",
             "between one lost sample (2) and two (3)";

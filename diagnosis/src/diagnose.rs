@@ -58,7 +58,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     }
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
     let nominal = Hypothesis::null(&corrected);
-    let mut record = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, &nominal);
+    let mut record = between_rows::likelier(rig, &plant, &rows, judgeable, &corrected, &nominal);
     let effort = Effort::default();
     let mut reconsidered = [false; 3];
     // Where a search begins: causes found under another reading of the rows are most of the way.
@@ -88,7 +88,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         // noise.
         if !found.best.hypothesis.effects.is_empty() {
             let best = &found.best.hypothesis;
-            let again = between_rows::likelier(rig, &plant, rows.clone(), judgeable, &corrected, best);
+            let again = between_rows::likelier(rig, &plant, &rows, judgeable, &corrected, best);
             if again.command_moved() != record.command_moved() && !reconsidered[1] {
                 begin = Some(best.clone());
                 (record, reconsidered) = (again, [false, true, reconsidered[2]]);
@@ -128,7 +128,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let mut held = predicts(&kept);
     let mut nearest = at(&held, hold_out::HORIZON_S);
-    let closed = nearest.as_ref().is_none_or(|(gain, _)| gain.holdout.closed());
+    let closed = nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     if !closed {
         judgement.doubt(&found.unrivalled);

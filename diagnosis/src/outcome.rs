@@ -148,22 +148,6 @@ pub struct HoldOut {
     pub noise_floor: PerChannel,
 }
 
-impl HoldOut {
-    /// Whether the extended rig predicts about as well as noise allows.
-    #[must_use]
-    pub fn closed(&self) -> bool {
-        self.worst_ratio() < constants::closed_hold_out()
-    }
-
-    /// Error of the extended rig over the noise floor, in the channel where it is largest; 0 where nothing was
-    /// measured.
-    #[must_use]
-    pub fn worst_ratio(&self) -> f64 {
-        let ratios = self.extended_rmse.over(&self.noise_floor);
-        ratios.map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio }).fold(0.0, f64::max)
-    }
-}
-
 /// The gain of the extended model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Gain {
@@ -171,6 +155,17 @@ pub struct Gain {
     pub holdout: HoldOut,
     /// Prediction horizon, s.
     pub horizon_s: f64,
+    /// Error of the extended rig over the noise floor, in the channel where it is largest, without the worst twentieth of the
+    /// predictions: whether a piston sticks or slips in one of them is chance. 0 where nothing was measured.
+    pub worst_ratio: f64,
+}
+
+impl Gain {
+    /// Whether the extended rig predicts about as well as noise allows.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        self.worst_ratio < constants::closed_hold_out()
+    }
 }
 
 /// How much of a balance's error depends on one quantity.

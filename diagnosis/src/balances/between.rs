@@ -1,7 +1,12 @@
-//! A command that moved between the rows of the log is known no better than its jumps: they came at some time between two
-//! rows. What that makes of the chamber pressures is a variance of their predictions.
+//! What happens between distant rows of a log.
+//!
+//! A command that moved there is known no better than its jumps: they came at some time between two rows. What that makes of the
+//! chamber pressures is a variance of their predictions. And each step of the command bends the pressures, which no smooth curve
+//! through the rows shows.
 
+use crate::data::grid::splined;
 use crate::data::record::Record;
+use crate::data::smoothing::Smoothed;
 use plant_model::{Plant, Side};
 
 /// How far the command's unknown jumps between rows make its mean, and the pressures behind it, uncertain.
@@ -21,25 +26,60 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     record.command_doubt_v = vec![0.0; n];
     record.doubt_a_pa = vec![0.0; n];
     record.doubt_b_pa = vec![0.0; n];
-    let c = plant.coefficients();
     for (row, k) in record.rows.clone().into_iter().enumerate() {
         record.command_doubt_v[k] = spread * volts[row];
-        let supply = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
         for side in [Side::A, Side::B] {
-            let Some(p) = record.chamber(side).smooth.value.get(k).copied() else { continue };
-            let (volume_0, area) = if side == Side::A {
-                (c.volume_a0_m3, plant.area_m2(side))
-            } else {
-                (c.volume_b0_m3, -plant.area_m2(side))
-            };
-            let volume = (volume_0 + area * record.y_smooth.value[k]).max(plant.minimum_volume_m3(side));
             let fills = (openings[row] >= 0.0) == (side == Side::A);
-            let flow = plant.orifices(side).inflow(fills, 1.0, p, supply, c.atmosphere_pa).mass_flow;
-            let doubt = plant.energy_j_per_kg() / volume * flow.abs() * spread * radians[row] * record.to_next_row_s(k);
+            let Some(rate) = pa_per_s(record, plant, (side, k), (fills, 1.0)) else { continue };
+            let doubt = rate.abs() * spread * radians[row] * record.to_next_row_s(k);
             let doubts = if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa };
             doubts[k] = doubt;
         }
     }
+}
+
+/// Interpolates the chamber pressures anew: what flows through the valve by the rig file is taken out, the rest has no bends and is
+/// a spline, and the flow comes back.
+pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
+    if !record.is_interpolated() {
+        return;
+    }
+    let openings = super::valve::openings(record, plant);
+    let through = |side: Side| -> Option<Smoothed> {
+        let pressure = &record.chamber(side).smooth.value;
+        let rate = |k: usize| {
+            let fills = (openings[k] >= 0.0) == (side == Side::A);
+            pa_per_s(record, plant, (side, k), (fills, openings[k].abs()))
+        };
+        let rates: Vec<f64> = (0..pressure.len()).map(rate).collect::<Option<_>>()?;
+        let intervals = (0..pressure.len()).map(|k| record.interval_s(k));
+        let by_flow: Vec<f64> = rates
+            .iter()
+            .zip(intervals)
+            .scan(0.0, |sum, (rate, interval_s)| Some(std::mem::replace(sum, *sum + rate * interval_s)))
+            .collect();
+        let rest: Vec<f64> = record.rows.iter().map(|k| pressure[*k] - by_flow[*k]).collect();
+        let mut out = splined(record, &rest);
+        out.value.iter_mut().zip(&by_flow).for_each(|(value, flow)| *value += flow);
+        out.slope.iter_mut().zip(&rates).for_each(|(slope, rate)| *slope += rate);
+        Some(out)
+    };
+    let [a, b] = [Side::A, Side::B].map(through);
+    record.p_a_smooth = a.unwrap_or_default();
+    record.p_b_smooth = b.unwrap_or_default();
+}
+
+/// How fast flow through the valve changes a chamber's pressure at an entry, Pa/s; `None` if its pressure is not known. The opening is
+/// in rad, and whether it fills the chamber.
+fn pa_per_s(record: &Record, plant: &Plant<f64>, (side, k): (Side, usize), (fills, rad): (bool, f64)) -> Option<f64> {
+    let c = plant.coefficients();
+    let p = *record.chamber(side).smooth.value.get(k)?;
+    let supply = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
+    let (volume_0, area) =
+        if side == Side::A { (c.volume_a0_m3, plant.area_m2(side)) } else { (c.volume_b0_m3, -plant.area_m2(side)) };
+    let volume = (volume_0 + area * record.y_smooth.value[k]).max(plant.minimum_volume_m3(side));
+    let flow = plant.orifices(side).inflow(fills, rad, p, supply, c.atmosphere_pa).mass_flow;
+    Some(plant.energy_j_per_kg() / volume * flow)
 }
 
 /// How much of the change from each value to the next is not the change before or after it: a ramp has none, a jump all.

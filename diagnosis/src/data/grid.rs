@@ -3,6 +3,7 @@
 
 use super::record::Record;
 use super::smoothing::Smoothed;
+use super::spline::{self, hermite};
 use super::split::{Stretch, interrupted};
 use crate::constants;
 
@@ -64,11 +65,10 @@ impl Grid {
                 out.slope.push(slope);
                 continue;
             }
-            let (to, next, h) = (signal.value[k + 1], signal.slope[k + 1], t_s[k + 1] - t_s[*k]);
-            let (a, b) = (h * slope - (to - from), (to - from) - h * next);
-            out.value.push(from + (to - from) * x + x * (1.0 - x) * (a * (1.0 - x) + b * x));
-            let bend = (1.0 - 2.0 * x) * (a * (1.0 - x) + b * x) + x * (1.0 - x) * (b - a);
-            out.slope.push((to - from + bend) / h);
+            let [value, slope] =
+                hermite([from, signal.value[k + 1]], [slope, signal.slope[k + 1]], t_s[k + 1] - t_s[*k], *x);
+            out.value.push(value);
+            out.slope.push(slope);
         }
         out
     }
@@ -93,11 +93,12 @@ pub(crate) fn refined(rows: Record, command: Between) -> Record {
         if signal.is_empty() { Vec::new() } else { grid.places.iter().map(|(k, _)| signal[*k]).collect() }
     };
     let t_s = grid.linear(&rows.t_s);
+    let at_rows = [&rows.y_smooth, &rows.p_a_smooth, &rows.p_b_smooth].map(|signal| signal.value.clone());
     let u_v = match command {
         Between::Held => held(&rows.u_v),
         Between::Moved { late_s } => middles(&rows, &t_s, usual_s, late_s),
     };
-    Record {
+    let mut out = Record {
         u_v,
         y_m: grid.linear(&rows.y_m),
         p_a_pa: grid.linear(&rows.p_a_pa),
@@ -123,7 +124,43 @@ pub(crate) fn refined(rows: Record, command: Between) -> Record {
         rows: grid.rows,
         t_s,
         ..rows
+    };
+    if out.is_interpolated() {
+        let [y, p_a, p_b] = at_rows.map(|signal| splined(&out, &signal));
+        (out.y_smooth, out.p_a_smooth, out.p_b_smooth) = (y, p_a, p_b);
     }
+    out
+}
+
+/// The cubic spline through values at the rows of a record, at its entries. It sees neither across an interruption nor into the part
+/// held back.
+pub(crate) fn splined(record: &Record, at_rows: &[f64]) -> Smoothed {
+    let mut out = Smoothed::default();
+    if at_rows.is_empty() {
+        return out;
+    }
+    let t_s: Vec<f64> = record.rows.iter().map(|k| record.t_s[*k]).collect();
+    let row_of = |entry: usize| record.rows.partition_point(|row| *row < entry);
+    let mut cuts: Vec<usize> = record.stretches.iter().flat_map(|s| [row_of(s.start), row_of(s.end)]).collect();
+    cuts.extend((1..t_s.len()).filter(|k| interrupted(&t_s, *k, record.quality.interval_s)));
+    cuts.extend([0, t_s.len()]);
+    cuts.sort_unstable();
+    cuts.dedup();
+    let pieces: Vec<_> = cuts.windows(2).map(|cut| cut[0]..cut[1]).collect();
+    let slopes = spline::slopes(&t_s, at_rows, &pieces);
+    for (row, entry) in record.rows.iter().enumerate() {
+        out.value.push(at_rows[row]);
+        out.slope.push(slopes[row]);
+        let Some(next) = record.rows.get(row + 1) else { break };
+        let h = t_s[row + 1] - t_s[row];
+        for k in entry + 1..*next {
+            let x = (record.t_s[k] - t_s[row]) / h;
+            let [value, slope] = hermite([at_rows[row], at_rows[row + 1]], [slopes[row], slopes[row + 1]], h, x);
+            out.value.push(value);
+            out.slope.push(slope);
+        }
+    }
+    out
 }
 
 /// The command in the middle of each step, on a line through the rows that comes `late_s` after them.
@@ -151,7 +188,8 @@ mod tests {
         let signal =
             Smoothed { value: t_s.iter().map(|t| of(*t)).collect(), slope: t_s.iter().map(|t| slope(*t)).collect() };
         let mut out =
-            Record { y_m: signal.value.clone(), u_v: signal.value.clone(), y_smooth: signal, ..Record::default() };
+            Record { y_m: signal.value.clone(), u_v: signal.value.clone(), motion: signal, ..Record::default() };
+        out.y_smooth = out.motion.clone();
         out.quality.interval_s = 0.01;
         out.rows = (0..t_s.len()).collect();
         out.at_end = t_s.iter().map(|t| *t == 0.05).collect();
@@ -168,8 +206,12 @@ mod tests {
         let fine = refined(rows, Between::Held);
         assert_eq!(fine.len(), 19 * 5 + 1);
         for (k, t) in fine.t_s.iter().enumerate() {
-            assert!((fine.y_smooth.value[k] - of(*t)).abs() < 1.0e-12, "{t}");
-            assert!((fine.y_smooth.slope[k] - slope(*t)).abs() < 1.0e-9, "{t}");
+            assert!((fine.motion.value[k] - of(*t)).abs() < 1.0e-12, "{t}");
+            assert!((fine.motion.slope[k] - slope(*t)).abs() < 1.0e-9, "{t}");
+            // The spline makes its own slopes; straight ends are forgotten within a few rows.
+            let middle = (0.08..0.11).contains(t);
+            assert!(!middle || (fine.y_smooth.value[k] - of(*t)).abs() < 1.0e-8, "{t}");
+            assert!(!middle || (fine.y_smooth.slope[k] - slope(*t)).abs() < 1.0e-5, "{t}");
         }
         assert_eq!(fine.rows.iter().map(|k| fine.y_m[*k]).collect::<Vec<_>>(), before);
         assert!(fine.at_end[23] && fine.at_end[25] && fine.at_end[27] && !fine.at_end[20] && !fine.at_end[30]);

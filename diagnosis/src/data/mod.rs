@@ -10,4 +10,5 @@ pub(crate) mod prepare;
 pub(crate) mod quality;
 pub(crate) mod record;
 pub(crate) mod smoothing;
+pub(crate) mod spline;
 pub(crate) mod split;

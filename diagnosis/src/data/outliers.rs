@@ -1,9 +1,11 @@
 //! Single readings that no signal can have: far from all their neighbours, which agree.
 
 use super::noise;
+use super::split::usual_interval_s;
 use crate::constants;
 use rig_files::{Column, Log};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// The columns of sensors. A command may well be a pulse.
 const SENSORS: [Column; 4] = [Column::Y, Column::PA, Column::PB, Column::PSup];
@@ -24,9 +26,10 @@ pub(crate) struct Outlier {
 /// The log without such readings: blank, as missing ones are.
 pub(crate) fn left_out(log: &Log) -> (Cow<'_, Log>, Vec<Outlier>) {
     let (mut cleaned, mut all) = (Cow::Borrowed(log), Vec::new());
+    let are_distant = usual_interval_s(&log.t_s).is_some_and(|usual_s| usual_s > constants::distant_rows());
     for column in SENSORS {
         let Some(values) = log.column(column) else { continue };
-        let found = isolated(values);
+        let found = isolated(values, are_distant);
         if found.is_empty() {
             continue;
         }
@@ -42,8 +45,14 @@ pub(crate) fn left_out(log: &Log) -> (Cow<'_, Log>, Vec<Outlier>) {
 
 /// The places of isolated readings, each with what is expected there: a Hampel identifier (Hampel 1974) about the straight line
 /// through the neighbours, whose scale is their own distance from it and the column's noise, so that motion between distant rows
-/// is none.
-fn isolated(values: &[f64]) -> Vec<(usize, f64)> {
+/// is none. Where rows are so distant that a pressure comes and goes between them, as it does in a short chamber, the reading must
+/// also lie as far outside what most others span as that span is wide.
+fn isolated(values: &[f64], are_distant: bool) -> Vec<(usize, f64)> {
+    let usual = if are_distant { usual_span(values) } else { f64::NAN..f64::NAN };
+    let comes_and_goes = |value: f64| {
+        let span = usual.end - usual.start;
+        value > usual.start - span && value < usual.end + span
+    };
     let live = values.chunk_by(|one, other| one.is_finite() == other.is_finite()).filter(|run| run[0].is_finite());
     let noise = noise::estimate(live);
     let least = noise.standard_deviation.max(noise.resolution);
@@ -52,7 +61,7 @@ fn isolated(values: &[f64]) -> Vec<(usize, f64)> {
         let neighbours = [(-2.0, window[0]), (-1.0, window[1]), (1.0, window[3]), (2.0, window[4])];
         // A quick look first: almost every reading is close to the one before it.
         let close = (value - window[1]).abs() <= constants::outlier() * least;
-        if close || neighbours.iter().any(|(_, x)| !x.is_finite()) {
+        if close || comes_and_goes(value) || neighbours.iter().any(|(_, x)| !x.is_finite()) {
             return None;
         }
         let expected = neighbours.iter().map(|(_, x)| x).sum::<f64>() / 4.0;
@@ -63,6 +72,17 @@ fn isolated(values: &[f64]) -> Vec<(usize, f64)> {
     };
     let windows = values.windows(2 * REACH + 1).enumerate();
     windows.filter_map(|(k, window)| Some((k + REACH, far(window)?))).collect()
+}
+
+/// What all but the lowest and the highest twentieth of a column's readings span.
+fn usual_span(values: &[f64]) -> Range<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let left_out = sorted.len() / 20;
+    match (sorted.get(left_out), sorted.iter().nth_back(left_out)) {
+        (Some(low), Some(high)) => *low..*high,
+        _ => f64::NAN..f64::NAN,
+    }
 }
 
 #[cfg(test)]
@@ -81,9 +101,9 @@ mod tests {
     #[test]
     fn a_reading_far_from_neighbours_that_agree_is_left_out_and_nothing_else() {
         let mut y = signal(20_000, 0.002);
-        assert!(isolated(&y).is_empty());
+        assert!(isolated(&y, false).is_empty());
         (y[5_000], y[9_000]) = (y[5_000] + 0.2, -3.0e5);
-        assert_eq!(isolated(&y).iter().map(|(k, _)| *k).collect::<Vec<_>>(), [5_000, 9_000]);
+        assert_eq!(isolated(&y, false).iter().map(|(k, _)| *k).collect::<Vec<_>>(), [5_000, 9_000]);
         let log = Log { t_s: (0..y.len()).map(|k| k as f64 * 1.0e-3).collect(), y_m: y, ..Log::default() };
         let (cleaned, found) = left_out(&log);
         assert!(cleaned.y_m[5_000].is_nan() && cleaned.y_m[5_001].is_finite());
@@ -93,14 +113,23 @@ mod tests {
     }
 
     #[test]
+    fn between_distant_rows_only_what_no_other_reading_comes_near_is_left_out() {
+        let mut p = signal(2_000, 0.02);
+        // In one row the piston comes close to its end; in another the sensor is out.
+        (p[700], p[900]) = (p[700] - 1.5, p[900] - 9.0);
+        let places = |are_distant| isolated(&p, are_distant).iter().map(|(k, _)| *k).collect::<Vec<_>>();
+        assert_eq!((places(false), places(true)), (vec![700, 900], vec![900]));
+    }
+
+    #[test]
     fn fast_motion_between_distant_rows_a_step_and_the_codes_of_a_coarse_converter_are_none() {
         // A few rows for each swing.
-        assert!(isolated(&signal(2_000, 1.3)).is_empty());
+        assert!(isolated(&signal(2_000, 1.3), false).is_empty());
         // A step that stays.
         let step: Vec<f64> = signal(2_000, 0.0).iter().enumerate().map(|(k, y)| y + f64::from(k > 700)).collect();
-        assert!(isolated(&step).is_empty());
+        assert!(isolated(&step, false).is_empty());
         // One code up and back, on a signal that rests.
         let coarse: Vec<f64> = (0..2_000).map(|k| 0.01 * f64::from(u8::from(k % 7 == 0))).collect();
-        assert!(isolated(&coarse).is_empty());
+        assert!(isolated(&coarse, false).is_empty());
     }
 }

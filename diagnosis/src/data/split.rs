@@ -23,6 +23,13 @@ pub(crate) fn samples(stretches: &[Stretch]) -> usize {
     stretches.iter().map(|stretch| stretch.range().len()).sum()
 }
 
+/// The median of the intervals between samples, s; `None` for fewer than two samples.
+pub(crate) fn usual_interval_s(t_s: &[f64]) -> Option<f64> {
+    let mut intervals: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let middle = intervals.len() / 2;
+    (!intervals.is_empty()).then(|| *intervals.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
 /// Whether samples are missing before sample `k`; `usual_s` is the usual interval.
 pub(crate) fn interrupted(t_s: &[f64], k: usize, usual_s: f64) -> bool {
     k > 0 && k < t_s.len() && missing_between(t_s, (k - 1, k), usual_s)
@@ -37,14 +44,12 @@ pub(crate) fn missing_between(t_s: &[f64], (from, to): (usize, usize), usual_s: 
 /// interruptions into `quality`.
 pub(crate) fn stretches(t_s: &[f64], quality: &mut Quality) -> Vec<Stretch> {
     let mut out = Vec::new();
-    let mut intervals: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
-    if intervals.is_empty() {
-        return out;
-    }
-    let middle = intervals.len() / 2;
-    let usual = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(usual) = usual_interval_s(t_s) else {
+        return Vec::new();
+    };
     quality.interval_s = usual;
-    let regular: Vec<f64> = intervals.into_iter().filter(|dt| *dt < constants::interruption() * usual).collect();
+    let intervals = t_s.windows(2).map(|w| w[1] - w[0]);
+    let regular: Vec<f64> = intervals.filter(|dt| *dt < constants::interruption() * usual).collect();
     if !regular.is_empty() {
         let square = regular.iter().map(|dt| (dt / usual - 1.0).powi(2)).sum::<f64>() / regular.len() as f64;
         quality.jitter = square.sqrt();

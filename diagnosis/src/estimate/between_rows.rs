@@ -6,7 +6,7 @@ use crate::balances::between;
 use crate::balances::shared::Signals;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use crate::data::grid::{Between, refined};
+use crate::data::grid::{self, Between};
 use crate::data::record::Record;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
@@ -25,7 +25,7 @@ const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
 pub(crate) fn likelier(
     rig: &RigFile,
     plant: &Plant<f64>,
-    rows: Record,
+    rows: &Record,
     judgeable: Channels,
     nominal: &[Parameter],
     hypothesis: &Hypothesis,
@@ -39,7 +39,12 @@ pub(crate) fn likelier(
         let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;
         Some((fit.undispersed() + widths, subset.noise_cost(air)))
     };
-    let held = refined(rows.clone(), Between::Held);
+    let refined = |command: Between| {
+        let mut record = grid::refined(rows.clone(), command);
+        between::follow_the_flow(&mut record, plant);
+        record
+    };
+    let held = refined(Between::Held);
     if air == 0 || rows.quality.interval_s < constants::close_rows() {
         return held;
     }
@@ -51,7 +56,7 @@ pub(crate) fn likelier(
     }
     let late_s = PER_ROW.map(|times| 0.5 * rows.quality.interval_s / times);
     let moved = late_s.into_par_iter().filter_map(|late_s| {
-        let mut record = refined(rows.clone(), Between::Moved { late_s });
+        let mut record = refined(Between::Moved { late_s });
         between::doubts(&mut record, plant);
         Some((cost(&record, hypothesis)?.0, record))
     });

@@ -5,8 +5,9 @@ use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::Slot;
 use nalgebra::{DMatrix, DVector};
-use plant_model::Side;
+use plant_model::{Effect, Side};
 
 const STATIC_FRICTION: &str = "friction.static_n";
 
@@ -61,6 +62,9 @@ impl Problem<'_> {
                     let error_n = self.breakaway_error_n(hypothesis);
                     covariance[(i, i)] += (error_n / hypothesis.parameters[i].scale).powi(2);
                 }
+                if let Slot::Effect(Effect::LineDelay, 0) = hypothesis.parameters[i].slot {
+                    covariance[(i, i)] += (self.staircase_error_s() / hypothesis.parameters[i].scale).powi(2);
+                }
                 if let Some(width) = self.width(&fit, i) {
                     covariance[(i, i)] = covariance[(i, i)].max((width / hypothesis.parameters[i].scale).powi(2));
                 }
@@ -73,6 +77,12 @@ impl Problem<'_> {
             fit.covariance = Some(covariance);
         }
         fit
+    }
+
+    /// Standard error of a delay of the command where the command moved between rows, s: by how much its staircase comes after the line
+    /// through the rows is then chosen among values from none to a quarter of a row, taken as equally likely.
+    fn staircase_error_s(&self) -> f64 {
+        if self.record.command_moved() { 0.25 * self.record.quality.interval_s / 12.0_f64.sqrt() } else { 0.0 }
     }
 
     /// Standard error of the force at which a piston breaks away, N. It is read off pressures with noise, and they reach the static

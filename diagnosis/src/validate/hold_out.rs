@@ -72,6 +72,7 @@ impl<'a> Comparison<'a> {
     pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
         let record = self.record;
         let mut errors = [Errors::default(), Errors::default(), Errors::default()];
+        let mut by_window = Vec::new();
         let mut overlay = Overlay::default();
         // A fixed seed: the floor of a log is always the same. Drawn in order, predicted side by side.
         let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
@@ -82,11 +83,13 @@ impl<'a> Comparison<'a> {
         let drawn: Vec<([usize; 4], Vec<f64>)> = all_windows(record, horizon_s).into_iter().map(drawn).collect();
         let predicted = drawn.into_par_iter().map(|(window, deviates)| (window, self.within(window, deviates)));
         for ([_, _, start, end], (predictions, perfect)) in predicted.collect::<Vec<_>>() {
-            perfect.iter().for_each(|[shown, own]| errors[2].add(shown, own));
+            let mut here = [Errors::default(), Errors::default()];
+            perfect.iter().for_each(|[shown, own]| here[1].add(shown, own));
+            errors[2].join(&here[1]);
             for &at in record.rows_in(start..end) {
                 let (k, measured) = (at - start, measured(record, at));
                 errors[0].add(&measured, &predictions[0][k]);
-                errors[1].add(&measured, &predictions[1][k]);
+                here[0].add(&measured, &predictions[1][k]);
                 overlay.t_s.push(record.t_s[at]);
                 for channel in 0..3 {
                     overlay.measured[channel].push(measured[channel]);
@@ -94,6 +97,8 @@ impl<'a> Comparison<'a> {
                     overlay.extended[channel].push(predictions[1][k][channel]);
                 }
             }
+            errors[1].join(&here[0]);
+            by_window.push(here);
         }
         if errors[0].count == 0.0 {
             return None;
@@ -102,7 +107,11 @@ impl<'a> Comparison<'a> {
         let vented_b = record.available.vented_b;
         let told = |rmse: PerChannel| if vented_b { PerChannel { p_b_pa: None, ..rmse } } else { rmse };
         let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| told(e.rmse()));
-        Some((Gain { holdout: HoldOut { baseline_rmse, extended_rmse, noise_floor }, horizon_s }, overlay))
+        let [extended, perfect] = without_the_worst(&by_window).map(told);
+        let ratios = extended.over(&perfect).map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio });
+        let worst_ratio = ratios.fold(0.0, f64::max);
+        let holdout = HoldOut { baseline_rmse, extended_rmse, noise_floor };
+        Some((Gain { holdout, horizon_s, worst_ratio }, overlay))
     }
 }
 
@@ -408,8 +417,67 @@ impl Errors {
         self.count += 1.0;
     }
 
+    fn join(&mut self, other: &Self) {
+        self.squares.iter_mut().zip(other.squares).for_each(|(sum, square)| *sum += square);
+        self.count += other.count;
+    }
+
+    /// Mean square in one channel.
+    fn mean_square(&self, channel: usize) -> f64 {
+        self.squares[channel] / self.count.max(1.0)
+    }
+
     fn rmse(&self) -> PerChannel {
-        let [y, a, b] = self.squares.map(|square| Some((square / self.count.max(1.0)).sqrt()));
+        let [y, a, b] = [0, 1, 2].map(|channel| Some(self.mean_square(channel).sqrt()));
         PerChannel { y_m: y, p_a_pa: a, p_b_pa: b }
+    }
+}
+/// Root mean squares of predictions and of perfect ones, without those windows, one in twenty, in which the prediction errs most beyond
+/// the perfect one: in each channel for itself.
+fn without_the_worst(windows: &[[Errors; 2]]) -> [PerChannel; 2] {
+    let kept = windows.len() - windows.len() / 20;
+    let of = |channel: usize| {
+        let beyond = |[own, perfect]: &[Errors; 2]| {
+            let beyond = own.mean_square(channel) - perfect.mean_square(channel);
+            // What predicts nothing is never left out.
+            if beyond.is_nan() { f64::NEG_INFINITY } else { beyond }
+        };
+        let mut sorted: Vec<&[Errors; 2]> = windows.iter().collect();
+        sorted.sort_by(|one, other| beyond(one).total_cmp(&beyond(other)));
+        let mut sums = [Errors::default(), Errors::default()];
+        for window in sorted.into_iter().take(kept) {
+            sums.iter_mut().zip(window).for_each(|(sum, errors)| sum.join(errors));
+        }
+        sums.map(|sum| sum.mean_square(channel).sqrt())
+    };
+    let [y, a, b] = [0, 1, 2].map(of);
+    [0, 1].map(|k| PerChannel { y_m: Some(y[k]), p_a_pa: Some(a[k]), p_b_pa: Some(b[k]) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Windows with a mean square of one for predictions and perfect ones alike.
+    fn alike(count: usize) -> Vec<[Errors; 2]> {
+        vec![[Errors { squares: [1.0; 3], count: 1.0 }; 2]; count]
+    }
+
+    #[test]
+    fn one_window_of_twenty_may_be_chance_two_are_not_and_no_prediction_is_none() {
+        let position = |windows: &[[Errors; 2]]| without_the_worst(windows).map(|rmse| rmse.y_m.expect("measured"));
+        let mut windows = alike(20);
+        windows[7][0].squares[0] = 100.0;
+        assert_eq!(position(&windows), [1.0, 1.0]);
+        // The other channels leave out a window of their own.
+        windows[3][0].squares[1] = 50.0;
+        assert_eq!(without_the_worst(&windows)[0], PerChannel { y_m: Some(1.0), p_a_pa: Some(1.0), p_b_pa: Some(1.0) });
+        windows[3][0].squares[0] = 50.0;
+        assert!(position(&windows)[0] > 1.8);
+        windows[3][0].squares[0] = f64::NAN;
+        assert!(position(&windows)[0].is_nan());
+        let mut few = alike(19);
+        few[0][0].squares[0] = 100.0;
+        assert!(position(&few)[0] > 2.0);
     }
 }

@@ -84,7 +84,7 @@ fn describe(page: &mut Page, cause: &Cause) {
 /// What no named cause explains: the open balances, and the leads.
 fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
     let open: Vec<_> = diagnosis.balances.iter().filter(|balance| !balance.closed).collect();
-    let whole = diagnosis.gain.map(|gain| gain.holdout).filter(|holdout| !holdout.closed());
+    let whole = diagnosis.gain.filter(|gain| !gain.closed());
     let said = !open.is_empty() || !diagnosis.leads.is_empty() || diagnosis.description.is_some() || whole.is_some();
     if !said || !matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         return;
@@ -94,7 +94,7 @@ fn rest(page: &mut Page, diagnosis: &Diagnosis, scene: &Scene<'_>) {
         page.text(format!(
             "Each balance by itself comes close to noise, but the whole model, restarted from the measurement, still errs \
              {:.1} times as much as noise alone would make it: see the predictions below.",
-            whole.worst_ratio()
+            whole.worst_ratio
         ));
     }
     for balance in open {
