@@ -92,6 +92,19 @@ fn at_50_hz_a_mass_comes_out_right_and_a_step_of_the_command_is_no_wild_reading(
     assert_eq!((found.verdict, found.log.quality.isolated_readings), (Verdict::NoGap, 0));
 }
 
+#[test]
+fn a_slow_log_with_a_column_missing_is_answered() {
+    let case = "slow/2%/4330d18652acf9b2".parse::<Plan>().expect("a case").draw();
+    let log = case.record().0;
+    for missing in [Column::U, Column::PA, Column::PB, Column::PSup] {
+        let mut rest = log.clone();
+        rest.set(missing, None);
+        // An answer or a refusal with its reason, whichever: not a name.
+        let found = diagnose(&case.rig_file, &rest, &|_| {});
+        assert!(found.is_err() || found.is_ok_and(|found| found.causes.is_empty()), "without {missing:?}");
+    }
+}
+
 /// In one of sixty predictions the piston sticks close to its end, and the pressure there errs by six times the usual.
 #[test]
 fn one_prediction_of_many_that_errs_by_chance_is_no_gap() {

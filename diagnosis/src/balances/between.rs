@@ -45,14 +45,16 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
         return;
     }
     let openings = super::valve::openings(record, plant);
+    // `None` where pressure, position or command is not in the log: then it stays a plain spline, or nothing.
     let through = |side: Side| -> Option<Smoothed> {
         let pressure = &record.chamber(side).smooth.value;
         let rate = |k: usize| {
-            let fills = (openings[k] >= 0.0) == (side == Side::A);
-            pa_per_s(record, plant, (side, k), (fills, openings[k].abs()))
+            let opening = openings.get(k)?;
+            let fills = (*opening >= 0.0) == (side == Side::A);
+            pa_per_s(record, plant, (side, k), (fills, opening.abs()))
         };
-        let rates: Vec<f64> = (0..pressure.len()).map(rate).collect::<Option<_>>()?;
-        let intervals = (0..pressure.len()).map(|k| record.interval_s(k));
+        let rates: Vec<f64> = (0..record.len()).map(rate).collect::<Option<_>>()?;
+        let intervals = (0..record.len()).map(|k| record.interval_s(k));
         let by_flow: Vec<f64> = rates
             .iter()
             .zip(intervals)
@@ -65,19 +67,22 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
         Some(out)
     };
     let [a, b] = [Side::A, Side::B].map(through);
-    record.p_a_smooth = a.unwrap_or_default();
-    record.p_b_smooth = b.unwrap_or_default();
+    for (out, bent) in [(&mut record.p_a_smooth, a), (&mut record.p_b_smooth, b)] {
+        if let Some(bent) = bent {
+            *out = bent;
+        }
+    }
 }
 
-/// How fast flow through the valve changes a chamber's pressure at an entry, Pa/s; `None` if its pressure is not known. The opening is
-/// in rad, and whether it fills the chamber.
+/// How fast flow through the valve changes a chamber's pressure at an entry, Pa/s; `None` if its pressure or the position is not known.
+/// The opening is in rad, and whether it fills the chamber.
 fn pa_per_s(record: &Record, plant: &Plant<f64>, (side, k): (Side, usize), (fills, rad): (bool, f64)) -> Option<f64> {
     let c = plant.coefficients();
     let p = *record.chamber(side).smooth.value.get(k)?;
     let supply = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
     let (volume_0, area) =
         if side == Side::A { (c.volume_a0_m3, plant.area_m2(side)) } else { (c.volume_b0_m3, -plant.area_m2(side)) };
-    let volume = (volume_0 + area * record.y_smooth.value[k]).max(plant.minimum_volume_m3(side));
+    let volume = (volume_0 + area * record.y_smooth.value.get(k)?).max(plant.minimum_volume_m3(side));
     let flow = plant.orifices(side).inflow(fills, rad, p, supply, c.atmosphere_pa).mass_flow;
     Some(plant.energy_j_per_kg() / volume * flow)
 }
