@@ -155,6 +155,12 @@ constants! {
         distant_rows: f64 = 0.005, "s",
             "Between rows farther apart a pressure may come and go.",
             "a sixth of the period of a piston on short chambers, 30 Hz";
+        rare_readings: usize = 200, "",
+            "There one reading in so many at either end of a column is left out of what the column spans.",
+            "a log may rest most of the time: a twentieth took the span of its rest";
+        beyond_span: f64 = 2.0, "spans",
+            "And a reading that lies farther outside than this is left out.",
+            "with one a pressure close to an end stop was";
         interruption: f64 = 2.5, "usual intervals",
             "A longer step of time interrupts the log.",
             "between one lost sample (2) and two (3)";
@@ -555,6 +561,9 @@ constants! {
         most_terms: usize = 3, "",
             "Terms in one description.",
             "more cannot be read";
+        chance_predictions: usize = 20, "",
+            "One prediction in so many may err by chance.",
+            "chosen: one of sixty did in a log without a gap";
         closed_hold_out: f64 = 1.75, "times noise",
             "Up to this error the whole model predicts the part held back as well as it can.",
             "right extended rigs reached 1.5 where the piston sticks and slips";

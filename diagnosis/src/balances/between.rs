@@ -4,6 +4,7 @@
 //! chamber pressures is a variance of their predictions. And each step of the command bends the pressures, which no smooth curve
 //! through the rows shows.
 
+use super::valve;
 use crate::data::grid::splined;
 use crate::data::record::Record;
 use crate::data::smoothing::Smoothed;
@@ -12,13 +13,9 @@ use plant_model::{Plant, Side};
 /// How far the command's unknown jumps between rows make its mean, and the pressures behind it, uncertain.
 pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     let n = record.len();
-    let opening = |u: f64| {
-        let opening = plant.opening(u);
-        if opening.fills_a { opening.magnitude } else { -opening.magnitude }
-    };
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
-    let openings: Vec<f64> = u.iter().map(|u| opening(*u)).collect();
+    let openings: Vec<f64> = u.iter().map(|u| valve::signed_opening(plant, *u)).collect();
     let volts = jumps(u);
     let radians = jumps(&openings);
     // A jump at a time that is equally likely anywhere between two rows: the standard deviation of the mean.
@@ -29,8 +26,8 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     for (row, k) in record.rows.clone().into_iter().enumerate() {
         record.command_doubt_v[k] = spread * volts[row];
         for side in [Side::A, Side::B] {
-            let fills = (openings[row] >= 0.0) == (side == Side::A);
-            let Some(rate) = pa_per_s(record, plant, (side, k), (fills, 1.0)) else { continue };
+            let unit = if openings[row] >= 0.0 { 1.0 } else { -1.0 };
+            let Some(rate) = pa_per_s(record, plant, (side, k), unit) else { continue };
             let doubt = rate.abs() * spread * radians[row] * record.to_next_row_s(k);
             let doubts = if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa };
             doubts[k] = doubt;
@@ -44,15 +41,11 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
     if !record.is_interpolated() {
         return;
     }
-    let openings = super::valve::openings(record, plant);
+    let openings = valve::openings(record, plant);
     // `None` where pressure, position or command is not in the log: then it stays a plain spline, or nothing.
     let through = |side: Side| -> Option<Smoothed> {
         let pressure = &record.chamber(side).smooth.value;
-        let rate = |k: usize| {
-            let opening = openings.get(k)?;
-            let fills = (*opening >= 0.0) == (side == Side::A);
-            pa_per_s(record, plant, (side, k), (fills, opening.abs()))
-        };
+        let rate = |k: usize| pa_per_s(record, plant, (side, k), *openings.get(k)?);
         let rates: Vec<f64> = (0..record.len()).map(rate).collect::<Option<_>>()?;
         let intervals = (0..record.len()).map(|k| record.interval_s(k));
         let by_flow: Vec<f64> = rates
@@ -60,8 +53,8 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
             .zip(intervals)
             .scan(0.0, |sum, (rate, interval_s)| Some(std::mem::replace(sum, *sum + rate * interval_s)))
             .collect();
-        let rest: Vec<f64> = record.rows.iter().map(|k| pressure[*k] - by_flow[*k]).collect();
-        let mut out = splined(record, &rest);
+        let rest = record.rows.iter().map(|k| pressure[*k] - by_flow[*k]).collect();
+        let mut out = splined(record, rest);
         out.value.iter_mut().zip(&by_flow).for_each(|(value, flow)| *value += flow);
         out.slope.iter_mut().zip(&rates).for_each(|(slope, rate)| *slope += rate);
         Some(out)
@@ -75,15 +68,15 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
 }
 
 /// How fast flow through the valve changes a chamber's pressure at an entry, Pa/s; `None` if its pressure or the position is not known.
-/// The opening is in rad, and whether it fills the chamber.
-fn pa_per_s(record: &Record, plant: &Plant<f64>, (side, k): (Side, usize), (fills, rad): (bool, f64)) -> Option<f64> {
+/// The opening is signed, in rad.
+fn pa_per_s(record: &Record, plant: &Plant<f64>, (side, k): (Side, usize), opening: f64) -> Option<f64> {
     let c = plant.coefficients();
     let p = *record.chamber(side).smooth.value.get(k)?;
     let supply = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
-    let (volume_0, area) =
-        if side == Side::A { (c.volume_a0_m3, plant.area_m2(side)) } else { (c.volume_b0_m3, -plant.area_m2(side)) };
-    let volume = (volume_0 + area * record.y_smooth.value.get(k)?).max(plant.minimum_volume_m3(side));
-    let flow = plant.orifices(side).inflow(fills, rad, p, supply, c.atmosphere_pa).mass_flow;
+    let (volume_a, volume_b) = plant.volumes_m3(*record.y_smooth.value.get(k)?);
+    let volume = if side == Side::A { volume_a } else { volume_b };
+    let fills = (opening >= 0.0) == (side == Side::A);
+    let flow = plant.orifices(side).inflow(fills, opening.abs(), p, supply, c.atmosphere_pa).mass_flow;
     Some(plant.energy_j_per_kg() / volume * flow)
 }
 

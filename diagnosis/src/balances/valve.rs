@@ -30,16 +30,18 @@ impl Path {
     }
 }
 
+/// Opening at a place of the spool in V, rad; positive fills A.
+pub(super) fn signed_opening(plant: &Plant<f64>, spool_v: f64) -> f64 {
+    let opening = plant.opening(spool_v);
+    if opening.fills_a { opening.magnitude } else { -opening.magnitude }
+}
+
 /// Signed opening `atan(2 w)` in rad, averaged over the interval after each sample; positive fills A.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     let c = plant.coefficients();
     let (t, u) = (&record.t_s, &record.u_v);
     let mut out = Vec::with_capacity(u.len());
     let Some(&first) = u.first() else { return out };
-    let signed = |spool_v: f64| {
-        let opening = plant.opening(spool_v);
-        if opening.fills_a { opening.magnitude } else { -opening.magnitude }
-    };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // The valve is assumed at mid when the log begins; until `Record::valve_known_s` the air does not count.
     let (hysteresis, lag, delay_s) = (plant.added().valve_hysteresis, plant.added().valve_lag, plant.line_delay_s());
@@ -73,7 +75,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
                     target
                 };
                 if mean != last.0 {
-                    last = (mean, signed(mean));
+                    last = (mean, signed_opening(plant, mean));
                 }
                 sum += last.1 * part;
             }

@@ -4,7 +4,7 @@
 use super::record::Record;
 use super::smoothing::Smoothed;
 use super::spline::{self, hermite};
-use super::split::{Stretch, interrupted};
+use super::split::{Stretch, interrupted, pieces};
 use crate::constants;
 
 /// What the command did between two rows of the log.
@@ -72,6 +72,15 @@ impl Grid {
         }
         out
     }
+
+    /// The cubic spline through values at the rows. It sees neither across an interruption nor into the part held back.
+    fn spline(&self, t_s: &[f64], stretches: &[Stretch], value: Vec<f64>) -> Smoothed {
+        if value.is_empty() {
+            return Smoothed::default();
+        }
+        let slope = spline::slopes(t_s, &value, &pieces(stretches, t_s.len()));
+        self.cubic(t_s, &Smoothed { value, slope })
+    }
 }
 
 /// In how many steps the balances go from one row to the next.
@@ -93,74 +102,46 @@ pub(crate) fn refined(rows: Record, command: Between) -> Record {
         if signal.is_empty() { Vec::new() } else { grid.places.iter().map(|(k, _)| signal[*k]).collect() }
     };
     let t_s = grid.linear(&rows.t_s);
-    let at_rows = [&rows.y_smooth, &rows.p_a_smooth, &rows.p_b_smooth].map(|signal| signal.value.clone());
+    let has_more = t_s.len() > grid.rows.len();
+    let smooth = |signal: &Smoothed| {
+        if has_more { grid.spline(&rows.t_s, &rows.stretches, signal.value.clone()) } else { signal.clone() }
+    };
     let u_v = match command {
         Between::Held => held(&rows.u_v),
         Between::Moved { late_s } => middles(&rows, &t_s, usual_s, late_s),
     };
-    let mut out = Record {
+    Record {
         u_v,
         y_m: grid.linear(&rows.y_m),
         p_a_pa: grid.linear(&rows.p_a_pa),
         p_b_pa: grid.linear(&rows.p_b_pa),
         p_sup_pa: grid.linear(&rows.p_sup_pa),
         f_ext_n: grid.linear(&rows.f_ext_n),
-        y_smooth: grid.cubic(&rows.t_s, &rows.y_smooth),
+        y_smooth: smooth(&rows.y_smooth),
         motion: grid.cubic(&rows.t_s, &rows.motion),
-        p_a_smooth: grid.cubic(&rows.t_s, &rows.p_a_smooth),
-        p_b_smooth: grid.cubic(&rows.t_s, &rows.p_b_smooth),
+        p_a_smooth: smooth(&rows.p_a_smooth),
+        p_b_smooth: smooth(&rows.p_b_smooth),
         p_sup_smooth: grid.cubic(&rows.t_s, &rows.p_sup_smooth),
         weight_a_per_pa: held(&rows.weight_a_per_pa),
         weight_b_per_pa: held(&rows.weight_b_per_pa),
         at_end: flagged(&rows.at_end),
         stretches: rows.stretches.iter().map(stretch).collect(),
         step_s: usual_s / parts(usual_s) as f64,
-        measured: if t_s.len() == grid.rows.len() {
-            Vec::new()
-        } else {
-            grid.places.iter().map(|p| p.1 == 0.0).collect()
-        },
+        measured: if has_more { grid.places.iter().map(|p| p.1 == 0.0).collect() } else { Vec::new() },
         u_rows_v: rows.u_v.clone(),
         rows: grid.rows,
         t_s,
         ..rows
-    };
-    if out.is_interpolated() {
-        let [y, p_a, p_b] = at_rows.map(|signal| splined(&out, &signal));
-        (out.y_smooth, out.p_a_smooth, out.p_b_smooth) = (y, p_a, p_b);
     }
-    out
 }
 
-/// The cubic spline through values at the rows of a record, at its entries. It sees neither across an interruption nor into the part
-/// held back.
-pub(crate) fn splined(record: &Record, at_rows: &[f64]) -> Smoothed {
-    let mut out = Smoothed::default();
-    if at_rows.is_empty() {
-        return out;
-    }
+/// The cubic spline through values at the rows of a refined record, at its entries; nothing without values.
+pub(crate) fn splined(record: &Record, at_rows: Vec<f64>) -> Smoothed {
     let t_s: Vec<f64> = record.rows.iter().map(|k| record.t_s[*k]).collect();
     let row_of = |entry: usize| record.rows.partition_point(|row| *row < entry);
-    let mut cuts: Vec<usize> = record.stretches.iter().flat_map(|s| [row_of(s.start), row_of(s.end)]).collect();
-    cuts.extend((1..t_s.len()).filter(|k| interrupted(&t_s, *k, record.quality.interval_s)));
-    cuts.extend([0, t_s.len()]);
-    cuts.sort_unstable();
-    cuts.dedup();
-    let pieces: Vec<_> = cuts.windows(2).map(|cut| cut[0]..cut[1]).collect();
-    let slopes = spline::slopes(&t_s, at_rows, &pieces);
-    for (row, entry) in record.rows.iter().enumerate() {
-        out.value.push(at_rows[row]);
-        out.slope.push(slopes[row]);
-        let Some(next) = record.rows.get(row + 1) else { break };
-        let h = t_s[row + 1] - t_s[row];
-        for k in entry + 1..*next {
-            let x = (record.t_s[k] - t_s[row]) / h;
-            let [value, slope] = hermite([at_rows[row], at_rows[row + 1]], [slopes[row], slopes[row + 1]], h, x);
-            out.value.push(value);
-            out.slope.push(slope);
-        }
-    }
-    out
+    let of_rows = |s: &Stretch| Stretch { start: row_of(s.start), end: row_of(s.end), ..*s };
+    let stretches: Vec<Stretch> = record.stretches.iter().map(of_rows).collect();
+    Grid::new(&t_s, record.quality.interval_s).spline(&t_s, &stretches, at_rows)
 }
 
 /// The command in the middle of each step, on a line through the rows that comes `late_s` after them.

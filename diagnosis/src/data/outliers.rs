@@ -46,11 +46,11 @@ pub(crate) fn left_out(log: &Log) -> (Cow<'_, Log>, Vec<Outlier>) {
 /// The places of isolated readings, each with what is expected there: a Hampel identifier (Hampel 1974) about the straight line
 /// through the neighbours, whose scale is their own distance from it and the column's noise, so that motion between distant rows
 /// is none. Where rows are so distant that a pressure comes and goes between them, as it does in a short chamber, the reading must
-/// also lie outside what most others span by twice that span.
+/// also lie far outside what most others span.
 fn isolated(values: &[f64], are_distant: bool) -> Vec<(usize, f64)> {
     let usual = if are_distant { usual_span(values) } else { f64::NAN..f64::NAN };
     let comes_and_goes = |value: f64| {
-        let beyond = 2.0 * (usual.end - usual.start);
+        let beyond = constants::beyond_span() * (usual.end - usual.start);
         value > usual.start - beyond && value < usual.end + beyond
     };
     let live = values.chunk_by(|one, other| one.is_finite() == other.is_finite()).filter(|run| run[0].is_finite());
@@ -74,11 +74,11 @@ fn isolated(values: &[f64], are_distant: bool) -> Vec<(usize, f64)> {
     windows.filter_map(|(k, window)| Some((k + REACH, far(window)?))).collect()
 }
 
-/// What all but the lowest and the highest of two hundred readings of a column span: a log may rest most of the time.
+/// What all but the rare lowest and highest readings of a column span.
 fn usual_span(values: &[f64]) -> Range<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
-    let left_out = sorted.len() / 200;
+    let left_out = sorted.len() / constants::rare_readings();
     match (sorted.get(left_out), sorted.iter().nth_back(left_out)) {
         (Some(low), Some(high)) => *low..*high,
         _ => f64::NAN..f64::NAN,

@@ -16,6 +16,8 @@ use rig_files::RigFile;
 
 /// How often the controller acts from one row to the next: once in a while, many times, or all the time.
 const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
+/// By how much of a row a staircase comes after the line through the rows at most.
+pub(super) const LATEST: f64 = 0.5 / PER_ROW[0];
 
 /// The record of some rows in steps, with the command held between rows unless the chambers' pressures are plainly likelier,
 /// by as much as a cause must gain, if it moved. The hypothesis is fitted to a part of the record, beginning where it is.

@@ -1,5 +1,6 @@
 //! Standard errors of fitted parameters.
 
+use super::between_rows::LATEST;
 use super::derivatives::{Jacobian, regularised};
 use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
@@ -80,9 +81,9 @@ impl Problem<'_> {
     }
 
     /// Standard error of a delay of the command where the command moved between rows, s: by how much its staircase comes after the line
-    /// through the rows is then chosen among values from none to a quarter of a row, taken as equally likely.
+    /// through the rows is then chosen among values from none to [`LATEST`], taken as equally likely.
     fn staircase_error_s(&self) -> f64 {
-        if self.record.command_moved() { 0.25 * self.record.quality.interval_s / 12.0_f64.sqrt() } else { 0.0 }
+        if self.record.command_moved() { LATEST * self.record.quality.interval_s / 12.0_f64.sqrt() } else { 0.0 }
     }
 
     /// Standard error of the force at which a piston breaks away, N. It is read off pressures with noise, and they reach the static

@@ -71,7 +71,7 @@ impl<'a> Comparison<'a> {
     /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
     pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
         let record = self.record;
-        let mut errors = [Errors::default(), Errors::default(), Errors::default()];
+        let mut nominal = Errors::default();
         let mut by_window = Vec::new();
         let mut overlay = Overlay::default();
         // A fixed seed: the floor of a log is always the same. Drawn in order, predicted side by side.
@@ -85,10 +85,9 @@ impl<'a> Comparison<'a> {
         for ([_, _, start, end], (predictions, perfect)) in predicted.collect::<Vec<_>>() {
             let mut here = [Errors::default(), Errors::default()];
             perfect.iter().for_each(|[shown, own]| here[1].add(shown, own));
-            errors[2].join(&here[1]);
             for &at in record.rows_in(start..end) {
                 let (k, measured) = (at - start, measured(record, at));
-                errors[0].add(&measured, &predictions[0][k]);
+                nominal.add(&measured, &predictions[0][k]);
                 here[0].add(&measured, &predictions[1][k]);
                 overlay.t_s.push(record.t_s[at]);
                 for channel in 0..3 {
@@ -97,16 +96,16 @@ impl<'a> Comparison<'a> {
                     overlay.extended[channel].push(predictions[1][k][channel]);
                 }
             }
-            errors[1].join(&here[0]);
             by_window.push(here);
         }
-        if errors[0].count == 0.0 {
+        if nominal.count == 0.0 {
             return None;
         }
         // What a chamber without air shows is no prediction.
         let vented_b = record.available.vented_b;
         let told = |rmse: PerChannel| if vented_b { PerChannel { p_b_pa: None, ..rmse } } else { rmse };
-        let [baseline_rmse, extended_rmse, noise_floor] = errors.map(|e| told(e.rmse()));
+        let [extended, perfect] = joined(&by_window);
+        let [baseline_rmse, extended_rmse, noise_floor] = [nominal, extended, perfect].map(|e| told(e.rmse()));
         let [extended, perfect] = without_the_worst(&by_window).map(told);
         let ratios = extended.over(&perfect).map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio });
         let worst_ratio = ratios.fold(0.0, f64::max);
@@ -432,10 +431,20 @@ impl Errors {
         PerChannel { y_m: y, p_a_pa: a, p_b_pa: b }
     }
 }
-/// Root mean squares of predictions and of perfect ones, without those windows, one in twenty, in which the prediction errs most beyond
+
+/// Errors of predictions and of perfect ones in several windows together.
+fn joined<'a>(windows: impl IntoIterator<Item = &'a [Errors; 2]>) -> [Errors; 2] {
+    let mut sums = [Errors::default(), Errors::default()];
+    for window in windows {
+        sums.iter_mut().zip(window).for_each(|(sum, errors)| sum.join(errors));
+    }
+    sums
+}
+
+/// Root mean squares of predictions and of perfect ones, without those windows, one in [`constants::chance_predictions`], in which the prediction errs most beyond
 /// the perfect one: in each channel for itself.
 fn without_the_worst(windows: &[[Errors; 2]]) -> [PerChannel; 2] {
-    let kept = windows.len() - windows.len() / 20;
+    let kept = windows.len() - windows.len() / constants::chance_predictions();
     let of = |channel: usize| {
         let beyond = |[own, perfect]: &[Errors; 2]| {
             let beyond = own.mean_square(channel) - perfect.mean_square(channel);
@@ -444,11 +453,7 @@ fn without_the_worst(windows: &[[Errors; 2]]) -> [PerChannel; 2] {
         };
         let mut sorted: Vec<&[Errors; 2]> = windows.iter().collect();
         sorted.sort_by(|one, other| beyond(one).total_cmp(&beyond(other)));
-        let mut sums = [Errors::default(), Errors::default()];
-        for window in sorted.into_iter().take(kept) {
-            sums.iter_mut().zip(window).for_each(|(sum, errors)| sum.join(errors));
-        }
-        sums.map(|sum| sum.mean_square(channel).sqrt())
+        joined(sorted.into_iter().take(kept)).map(|sum| sum.mean_square(channel).sqrt())
     };
     let [y, a, b] = [0, 1, 2].map(of);
     [0, 1].map(|k| PerChannel { y_m: Some(y[k]), p_a_pa: Some(a[k]), p_b_pa: Some(b[k]) })
