@@ -356,6 +356,12 @@ constants! {
         converged: f64 = 0.1, "log-likelihood",
             "A step that gains less ends a fit.",
             "a sixtieth of a tie";
+        converged_of_rest: f64 = 1.0e-4, "of the rest",
+            "And so does one that gains less than this part of what the fit leaves beyond noise.",
+            "where a model is wrong by far, hypotheses differ by hundredths of that";
+        kept_promise: f64 = 0.5, "of the promised gain",
+            "After a step that gains less derivatives are computed anew, not corrected by it.",
+            "a parabola that promises twice what there is has the wrong slope or curvature";
         iterations: usize = 20, "",
             "Most iterations of a full fit.",
             "bounds the time";
@@ -457,12 +463,12 @@ constants! {
         most_causes: usize = 4, "",
             "No more causes are composed.",
             "one more than is ever named";
-        most_effort: f64 = 600.0, "million samples",
+        most_effort: f64 = 500.0, "million samples",
             "Once the balances have run over so many samples, no more causes are added or exchanged.",
-            "16 s of one core, 9 s on two; ended at 400, one of 24 triples got a wrong name and one none that end right at 600";
-        most_effort_open: f64 = 400.0, "million samples",
+            "20 s of one core, 11 s on two; before fits took a sixth fewer samples: ended at 400, one of 24 triples got a wrong name and one none that end right at 600";
+        most_effort_open: f64 = 330.0, "million samples",
             "While a balance is wide open no more are exchanged from here on, and no search begins anew from other first causes.",
-            "11 s of one core; ended at 150 or 300 one of 24 triples stayed without a name that is found at 400";
+            "13 s of one core; before fits took a sixth fewer samples: ended at 150 or 300 one of 24 triples stayed without a name that is found at 400";
         most_effort_supported: f64 = 150.0, "million samples",
             "What the extended rig should have besides is looked for with so much more.",
             "4 s of one core";

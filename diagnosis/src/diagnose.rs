@@ -203,7 +203,7 @@ fn held_back_s(record: &Record) -> f64 {
 
 /// Terms outside the catalogue that the balances in `lacking` need in addition to the fit; `None` if there are none.
 fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<Description> {
-    let extended = foreign_terms::extend(problem, fit, lacking);
+    let extended = foreign_terms::extend(problem, fit, lacking, constants::most_terms());
     let found =
         (!extended.terms.is_empty()).then(|| foreign_terms::describe(problem, &problem.held_back(), fit, extended));
     // What does not hold on the part held back describes only the part it was fitted to.

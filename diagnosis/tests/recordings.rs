@@ -301,6 +301,15 @@ fn a_column_that_another_clock_stamped_is_told_with_the_shift_and_is_no_effect()
 }
 
 #[test]
+fn slow_pressure_sensors_are_no_position_that_is_stamped_early() {
+    // A lag of 11 ms: a shift of half of it takes nine tenths of the misfit.
+    let case = "clipped/2%/8af546250f5f70dc".parse::<Plan>().expect("a case").draw();
+    let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("one clock");
+    let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+    assert_eq!(named, case.causes.iter().map(|cause| cause.id()).collect::<Vec<_>>(), "{:?}", found.verdict);
+}
+
+#[test]
 fn hum_of_the_mains_is_told_and_hides_neither_cause_nor_its_absence() {
     let single = plans(Class::Single, Nominal::Exact, 2, SEED)[1].draw();
     let (_, rig, log) = null(0);

@@ -2,6 +2,7 @@
 
 use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
+use super::decay::Decay;
 use super::in_turns::{Prediction, halves, in_turns};
 use super::judged::judged;
 use crate::constants;
@@ -62,6 +63,7 @@ struct Pressure<'a> {
     /// Pressure as logged, Pa.
     measured: &'a [f64],
     pressure_lag: PressureLag<f64>,
+    decay: Option<Decay>,
     /// What is left behind the stretch at hand.
     stretches: &'a [Stretch],
     /// The sample at hand, and the end of its stretch.
@@ -90,6 +92,7 @@ impl<'a> Pressure<'a> {
             correction: &drive.correction,
             measured: record.chamber(drive.side).p_pa,
             pressure_lag: plant.added().pressure_lag,
+            decay: Decay::of(plant.added().pressure_lag.time_constant_s),
             stretches,
             k: 0,
             end: 0,
@@ -150,10 +153,9 @@ impl Prediction for Pressure<'_> {
         (self.p, self.warmth) = self.exchange.over(k, dt_s, &self.compression[place], (before, self.warmth));
         // The lag sees a pressure that changes linearly over the interval.
         let lag = self.pressure_lag;
-        self.sensed = if lag.time_constant_s > 1.0e-6 {
-            lag.over(self.sensed, before, self.p, dt_s, (-dt_s / lag.time_constant_s).exp())
-        } else {
-            self.p
+        self.sensed = match &mut self.decay {
+            Some(decay) => lag.over(self.sensed, before, self.p, dt_s, decay.after(dt_s)),
+            None => self.p,
         };
     }
 

@@ -16,6 +16,7 @@ pub(crate) mod between;
 pub(crate) mod chamber;
 pub(crate) mod compression;
 pub(crate) mod correction;
+mod decay;
 mod in_turns;
 pub(crate) mod judged;
 pub(crate) mod observers;

@@ -89,7 +89,11 @@ fn of_air(
     let mut out = Innovations::default();
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
-        let openings = signals.openings.of(valve::Path::of(plant), || valve::openings(record, plant));
+        // What a drooping supply and warm walls remember from between the stretches, the openings there decide.
+        let remembers = plant.added().supply_droop.droop_pa_s_per_kg > 0.0 || plant.added().wall_heat.law.is_some();
+        let parts = (!remembers).then(|| stretches.to_vec());
+        let make = || valve::openings_in(record, plant, parts.as_deref());
+        let openings = signals.openings.of((valve::Path::of(plant), parts.clone()), make);
         let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         let drive = |(channel, side): (Channel, Side)| {
             let geometry = Geometry::of(plant, side);

@@ -77,7 +77,7 @@ impl<'a> Motion<'a> {
             added_n,
             timing: Timing::of(plant),
             inverse_sigma: 1.0 / (sigma * record.observer_noise),
-            at_rest: constants::rest_sigmas() * record.velocity_error_m_per_s(),
+            at_rest: at_rest_m_per_s(record),
             zero: plant.true_position_m(0.0),
             stretch: Stretch { start: 0, end: 0, held_back: false },
             first,
@@ -109,7 +109,7 @@ impl<'a> Motion<'a> {
     /// Goes on from the measured motion at the sample at hand.
     fn restart(&mut self) {
         self.force = self.driving(self.k);
-        self.piston = Piston::start(self.record, self.plant, &self.force, self.k);
+        self.piston = Piston::start(self.record, self.at_rest, self.plant, &self.force, self.k);
     }
 
     /// What drives the piston at a sample of the stretch at hand.
@@ -164,7 +164,7 @@ impl Prediction for Motion<'_> {
             self.force = self.driving(k + 1);
             self.waits = measured_v.abs() < 2.0 * at_rest;
             if !self.waits {
-                self.piston = Piston::start(record, plant, &self.force, k + 1);
+                self.piston = Piston::start(record, at_rest, plant, &self.force, k + 1);
             }
             return;
         }
@@ -176,7 +176,7 @@ impl Prediction for Motion<'_> {
         if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(self.piston.v, measured_v, at_rest) {
             // The piston broke away or came to rest at another time than predicted. The innovations so far have
             // counted that once; the prediction goes on from the measured motion.
-            self.piston = Piston::start(record, plant, &next, k + 1);
+            self.piston = Piston::start(record, at_rest, plant, &next, k + 1);
             self.waits = measured_v.abs() < at_rest;
         } else {
             self.piston.step(plant, &self.force.middle(&next), record.interval_s(k));
@@ -203,7 +203,7 @@ pub(crate) fn momentum(
     added_n: &[f64],
     stretches: &[Stretch],
 ) -> Vec<f64> {
-    let slides = 2.0 * constants::rest_sigmas() * record.velocity_error_m_per_s();
+    let slides = 2.0 * at_rest_m_per_s(record);
     let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m());
     let timing = Timing::of(plant);
     let zero = plant.true_position_m(0.0);
@@ -354,21 +354,22 @@ fn driving(plant: &Plant<f64>, forces: &Forces, place: usize, [y_m, v_m_per_s]: 
     Driving { force_n, p_a_pa, p_b_pa }
 }
 
+/// The speed in m/s up to which a piston may be at rest.
+pub(crate) fn at_rest_m_per_s(record: &Record) -> f64 {
+    constants::rest_sigmas() * record.velocity_error_m_per_s()
+}
+
 /// Velocity and bristle deflection of a piston at a state with a velocity as measured: the bristles of a moving piston are fully
-/// bent, those of one that rests within the sensor's error hold the force `held_n`.
+/// bent, those of one that rests within the sensor's error (`at_rest_m_per_s`) hold the force `held_n`.
 pub(crate) fn restarted(
-    record: &Record,
+    at_rest_m_per_s: f64,
     plant: &Plant<f64>,
     state: &State<f64>,
     held_n: impl FnOnce() -> f64,
 ) -> (f64, f64) {
     let (v, stiffness) = (state.v_m_per_s, plant.coefficients().stiffness);
     let limit = plant.friction_level(state).force_n / stiffness;
-    if v.abs() > constants::rest_sigmas() * record.velocity_error_m_per_s() {
-        (v, limit * v.signum())
-    } else {
-        (0.0, (held_n() / stiffness).clamp(-limit, limit))
-    }
+    if v.abs() > at_rest_m_per_s { (v, limit * v.signum()) } else { (0.0, (held_n() / stiffness).clamp(-limit, limit)) }
 }
 
 /// Position, velocity and bristle deflection.
@@ -379,12 +380,12 @@ struct Piston {
 }
 
 impl Piston {
-    /// The initial state at a sample.
-    fn start(record: &Record, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
+    /// The initial state at a sample, with the speed in m/s up to which it may be at rest.
+    fn start(record: &Record, at_rest: f64, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
         let v_m_per_s = plant.true_position_m(record.motion.slope[k]) - plant.true_position_m(0.0);
         let y = plant.true_position_m(record.motion.value[k]);
         let state = State { y_m: y, v_m_per_s, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
-        let (v, z) = restarted(record, plant, &state, || drive.force_n);
+        let (v, z) = restarted(at_rest, plant, &state, || drive.force_n);
         Self { y, v, z }
     }
 
@@ -496,7 +497,7 @@ impl Piston {
 /// noise of the measured pressures, but its prediction does: an effect that suppresses this noise would look like a
 /// cause.
 pub(crate) fn moves(record: &Record) -> bool {
-    let at_rest = constants::rest_sigmas() * record.velocity_error_m_per_s();
+    let at_rest = at_rest_m_per_s(record);
     let moving = record.rows.iter().filter(|k| record.motion.slope[**k].abs() > at_rest).count();
     moving as f64 * record.quality.interval_s >= constants::least_motion_s()
 }

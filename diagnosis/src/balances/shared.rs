@@ -15,8 +15,8 @@ const KEPT: usize = 24;
 /// The shared signals of one log.
 #[derive(Default)]
 pub(crate) struct Signals {
-    /// The valve's openings by command path.
-    pub(super) openings: Shared<Path, Vec<f64>>,
+    /// The valve's openings by command path, in some stretches or all of the log.
+    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Vec<f64>>,
     /// What the piston's motion does to the chambers' air in some stretches.
     pub(super) compression: Shared<(Geometry, Vec<Stretch>), Vec<Stroke>>,
     /// How the predictions of a chamber's pressure are judged and corrected in some stretches.

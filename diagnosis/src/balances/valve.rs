@@ -1,7 +1,9 @@
 //! From the logged command to the valve's opening: delay, play, spool lag, dead zone, `atan(2 w)`.
 
+use super::decay::Decay;
 use crate::constants;
 use crate::data::record::Record;
+use crate::data::split::Stretch;
 use plant_model::dead_zone::DeadZone;
 use plant_model::{OpeningCurve, Plant};
 
@@ -38,6 +40,13 @@ pub(super) fn signed_opening(plant: &Plant<f64>, spool_v: f64) -> f64 {
 
 /// Signed opening `atan(2 w)` in rad, averaged over the interval after each sample; positive fills A.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
+    openings_in(record, plant, None)
+}
+
+/// The same, NaN outside some stretches if there are any.
+pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Vec<f64> {
+    let mut wanted = vec![stretches.is_none(); record.len()];
+    stretches.into_iter().flatten().for_each(|stretch| wanted[stretch.range()].fill(true));
     let c = plant.coefficients();
     let (t, u) = (&record.t_s, &record.u_v);
     let mut out = Vec::with_capacity(u.len());
@@ -48,6 +57,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     let (mut played, mut spool) = (hysteresis.play(0.0, first), 0.0);
     let mut source = 0;
     let mut last = (f64::NAN, 0.0);
+    let mut decay = Decay::of(lag.time_constant_s);
     for k in 0..u.len() {
         let (from, to) = (t[k], t[k] + record.interval_s(k));
         let mut at = from;
@@ -60,21 +70,20 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
             let duration = (until - at).max(0.0);
             played = hysteresis.play(played, u[source]);
             let target = clamp(played);
-            let lags = lag.time_constant_s > 1.0e-6;
             // A spool that travels passes the bends of dead zone and curve on its way: the mean opening is not that at its mean place.
-            let travels = lags && (target - spool).abs() > constants::spool_travel() * c.max_voltage_v;
+            let travels = decay.is_some() && (target - spool).abs() > constants::spool_travel() * c.max_voltage_v;
             let parts = if travels { constants::spool_parts() } else { 1 };
             let part = duration / parts as f64;
-            let rest = if lags { (-part / lag.time_constant_s).exp() } else { 0.0 };
+            let rest = decay.as_mut().map(|decay| decay.after(part));
             for _ in 0..parts {
-                let mean = if lags {
+                let mean = if let Some(rest) = rest {
                     let (mean, end) = lag.over(spool, target, part, rest);
                     spool = end;
                     mean
                 } else {
                     target
                 };
-                if mean != last.0 {
+                if wanted[k] && mean != last.0 {
                     last = (mean, signed_opening(plant, mean));
                 }
                 sum += last.1 * part;
@@ -84,7 +93,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
                 break;
             }
         }
-        out.push(sum / (to - from).max(1.0e-9));
+        out.push(if wanted[k] { sum / (to - from).max(1.0e-9) } else { f64::NAN });
     }
     out
 }

@@ -152,8 +152,8 @@ impl Record {
         if self.rows.len() == self.len() {
             return self.interval_s(k);
         }
-        let next = self.rows.partition_point(|row| *row <= k);
-        self.rows.get(next).map_or(self.quality.interval_s, |next| self.t_s[*next] - self.t_s[k])
+        let next = (k + 1..self.len()).find(|entry| self.is_row(*entry));
+        next.map_or(self.quality.interval_s, |next| self.t_s[next] - self.t_s[k])
     }
 
     /// Half the window that smooths the position for volumes, and the supply.

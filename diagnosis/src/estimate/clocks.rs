@@ -12,6 +12,7 @@ use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
+use plant_model::Effect;
 use rayon::prelude::*;
 use rig_files::{Column, Log, RigFile};
 
@@ -20,6 +21,8 @@ const ROWS: [i32; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// The part of what was beyond noise that may be left: a shift of 1 to 3 ms leaves 0 to 14 % of it in null logs, and effects of the catalogue
 /// are not mistaken for one.
 const MOST_LEFT: f64 = 0.2;
+/// Effects with one parameter, a time by which a signal is behind.
+const DELAYS: [Effect; 4] = [Effect::PressureLag, Effect::ValveLag, Effect::LineDelay, Effect::PositionDelay];
 /// How often nominal values and shift are corrected in turn: each takes up a part of the other.
 const REFITS: usize = 6;
 
@@ -46,13 +49,28 @@ impl Reading<'_> {
     fn with(&self, column: Column, later_s: f64, nominal: &Hypothesis, steps: usize) -> Option<Shift> {
         let mut log = self.part.clone();
         log.set(column, self.part.shifted(column, later_s));
-        let record = refined(prepare(&log, self.rig), Between::Held);
+        self.read(&log, later_s, |problem| problem.refit(nominal.clone(), self.judgeable, steps))
+    }
+
+    /// The misfit of a log after a fit.
+    fn read(&self, log: &Log, later_s: f64, fit: impl FnOnce(&Problem<'_>) -> Option<Fit>) -> Option<Shift> {
+        let record = refined(prepare(log, self.rig), Between::Held);
         let (signals, effort) = (Signals::default(), Effort::default());
         let problem = Problem::new((self.rig, &record), self.judgeable, self.nominal, (&signals, &effort));
-        let fit: Fit = problem.refit(nominal.clone(), self.judgeable, steps)?;
+        let fit = fit(&problem)?;
         let noise = 2.0 * COST_OF_NOISE * problem.noise_cost(self.judgeable);
         let left = fit.undispersed() / noise - 1.0;
         Some(Shift { later_s, nominal: fit.hypothesis, left, noise })
+    }
+
+    /// Whether an effect of the rig that delays one signal leaves less than a shift: slow pressure sensors look like a position that
+    /// is stamped too early.
+    fn delays_better(&self, effect: Effect, shift: &Shift) -> bool {
+        let begin = |problem: &Problem<'_>| {
+            let delayed = shift.nominal.extended_by(effect, problem.parameters(effect), &[shift.later_s.abs()]);
+            problem.fit(delayed, constants::iterations())
+        };
+        self.read(&self.part, 0.0, begin).is_some_and(|delayed| delayed.left < shift.left)
     }
 
     /// The shift of a column that leaves least, if it takes at least a fifth away: nominal values have taken up a part of it.
@@ -109,7 +127,9 @@ pub(crate) fn late_or_early(
     let columns = [(Column::Y, 1.0, "early"), (Column::U, -1.0, "late")].into_iter();
     let shifts = columns.filter_map(|(column, sign, word)| Some((reading.best(column, sign, &begun)?, column, word)));
     let (best, column, word) = shifts.min_by(|one, other| one.0.left.total_cmp(&other.0.left))?;
-    let told = best.left < MOST_LEFT * as_is.left && best.later_s.abs() >= log.period_s();
+    let told = best.left < MOST_LEFT * as_is.left
+        && best.later_s.abs() >= log.period_s()
+        && !DELAYS.into_iter().any(|effect| reading.delays_better(effect, &best));
     told.then(|| {
         let name = column.name();
         mapping::contradiction(

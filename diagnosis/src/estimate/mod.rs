@@ -12,3 +12,4 @@ pub(crate) mod noise_level;
 pub(crate) mod optimiser;
 pub(crate) mod principal_axes;
 pub(crate) mod problem;
+mod secant;

@@ -3,11 +3,23 @@
 use super::derivatives::Jacobian;
 use super::likelihood::Residuals;
 use super::problem::{Fit, Problem};
+use super::secant;
 use crate::constants;
 use crate::data::channel::Channels;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector};
+
+/// How the derivatives of a fit belong to its present values.
+#[derive(Clone, Copy, PartialEq)]
+enum Slopes {
+    /// They do not: they are computed before the next step.
+    Old,
+    /// Computed there.
+    Exact,
+    /// Corrected by the steps that led there.
+    Secant,
+}
 
 impl Problem<'_> {
     /// The cost of a hypothesis at its present values, without a step.
@@ -78,15 +90,24 @@ impl Problem<'_> {
             hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         let mut gained_before = f64::INFINITY;
-        'iterations: for left in (0..iterations).rev() {
-            if hypothesis.parameters.is_empty() {
-                break;
+        let mut state = Slopes::Old;
+        let noise = self.noise_cost(self.judgeable);
+        let mut left = iterations;
+        'iterations: while !hypothesis.parameters.is_empty() {
+            if state == Slopes::Old {
+                if left == 0 {
+                    break;
+                }
+                left -= 1;
+                let wanted = |index: usize| known[index].is_none() && free(&hypothesis.parameters[index]);
+                self.derivatives(&hypothesis, (&values, &residuals), wanted, &mut columns);
+                state = Slopes::Exact;
             }
-            let wanted = |index: usize| known[index].is_none() && free(&hypothesis.parameters[index]);
-            self.derivatives(&hypothesis, (&values, &residuals), wanted, &mut columns);
             let references: Vec<&Residuals> = columns.iter().collect();
             let (matrix, gradient) = self.normal(&hypothesis, &values, &residuals, &references, None);
-            for _ in 0..7 {
+            // Where corrected derivatives lead uphill, exact ones are needed, not a shorter step.
+            let trials = if state == Slopes::Exact { 7 } else { 2 };
+            for _ in 0..trials {
                 let mut held = held_at_bounds(&hypothesis.parameters, &values, &gradient);
                 held.extend((0..values.len()).filter(|i| !free(&hypothesis.parameters[*i])));
                 let normal = (&matrix, &gradient);
@@ -108,18 +129,33 @@ impl Problem<'_> {
                     && new_cost < cost
                 {
                     let gained = cost - new_cost;
-                    (values, residuals, cost) = (trial, new_residuals, new_cost);
+                    let step =
+                        DVector::from_fn(values.len(), |i, _| (trial[i] - values[i]) / hypothesis.parameters[i].scale);
+                    let promised = -(gradient.dot(&step) + 0.5 * step.dot(&(&matrix * &step)));
+                    let old = std::mem::replace(&mut residuals, new_residuals);
+                    (values, cost) = (trial, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    let converged = gained < constants::converged() + 1.0e-6 * cost;
-                    if converged || out_of_reach(cost - goal, [gained_before, gained], left) {
+                    let left_open = (cost - noise).max(0.0);
+                    let converged = gained < constants::converged() + constants::converged_of_rest() * left_open;
+                    let ends = converged || out_of_reach(cost - goal, [gained_before, gained], left);
+                    if ends && state == Slopes::Exact {
                         break 'iterations;
                     }
                     gained_before = gained;
+                    if ends || slopes.is_some() || gained < constants::kept_promise() * promised {
+                        state = Slopes::Old;
+                    } else {
+                        secant::corrected(&hypothesis, &mut columns, step.as_slice(), [&old, &residuals]);
+                        state = Slopes::Secant;
+                    }
                     continue 'iterations;
                 }
                 damping = (damping * 60.0).max(1.0e-6);
             }
-            break;
+            if state == Slopes::Exact {
+                break;
+            }
+            state = Slopes::Old;
         }
         hypothesis.values = values;
         hypothesis.put_in_order();

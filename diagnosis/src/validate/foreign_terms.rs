@@ -7,6 +7,7 @@
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
+use crate::model::effects;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 use crate::outcome::{Description, MissingTerm};
@@ -20,12 +21,12 @@ pub(crate) struct Extended {
     pub(crate) terms: Vec<usize>,
 }
 
-/// Adds the terms that the balances in `where_` lack.
-pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Extended {
+/// Adds the terms that the balances in `where_` lack, `most` of them.
+pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels, most: usize) -> Extended {
     let mut out = Extended { fit: from.clone(), terms: Vec::new() };
     // Scores and first steps on a part of the data, as for the candidates of the catalogue.
     let (subset, ratio) = problem.subset();
-    while out.terms.len() < constants::most_terms() {
+    while out.terms.len() < most {
         let open: Vec<usize> = (0..problem.terms.len())
             .filter(|index| !out.terms.contains(index) && problem.terms[*index].channels & where_ != 0)
             .collect();
@@ -54,6 +55,13 @@ pub(crate) fn extend(problem: &Problem<'_>, from: &Fit, where_: Channels) -> Ext
 pub(crate) fn superseded(problem: &Problem<'_>, extended: &Extended) -> Vec<Effect> {
     let kept = backward::prune(problem, extended.fit.clone()).fit.hypothesis.effects;
     extended.fit.hypothesis.effects.iter().copied().filter(|e| !kept.contains(e)).collect()
+}
+
+/// Whether a single term explains the log plainly better than a cause, in its place: of two descriptions alike the catalogue's counts,
+/// but not where physics outside it fits better. `without`: the best fit without the cause.
+pub(crate) fn replaces(problem: &Problem<'_>, best: &Fit, effect: Effect, without: &Fit) -> bool {
+    let other = extend(problem, without, effects::channels(effect), 1);
+    !other.terms.is_empty() && other.fit.cost(problem) < best.cost(problem) - constants::term_gain()
 }
 
 /// Words and figures for the terms added to `from`; `held` is the part of the log held back.

@@ -363,7 +363,8 @@ fn corrected(
 /// A state with a velocity known as well as the sensor tells it.
 fn with_motion(record: &Record, plant: &Plant<f64>, mut state: State<f64>, v_m_per_s: f64) -> State<f64> {
     let held_n = || plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
-    (state.v_m_per_s, state.z_m) = piston::restarted(record, plant, &State { v_m_per_s, ..state }, held_n);
+    let at_rest = piston::at_rest_m_per_s(record);
+    (state.v_m_per_s, state.z_m) = piston::restarted(at_rest, plant, &State { v_m_per_s, ..state }, held_n);
     state
 }
 

@@ -111,14 +111,24 @@ fn touched(found: &Found) -> Channels {
     found.best.hypothesis.effects.iter().fold(0, |all, e| all | effects::channels(*e))
 }
 
-/// Causes that terms outside the catalogue make needless.
+/// Causes that terms outside the catalogue make needless, or that one of them replaces.
 fn superseded(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
     let touched = touched(found);
     if touched == 0 {
         return Vec::new();
     }
-    let extended = foreign_terms::extend(problem, &found.best, touched);
-    if extended.terms.is_empty() { Vec::new() } else { foreign_terms::superseded(problem, &extended) }
+    let extended = foreign_terms::extend(problem, &found.best, touched, constants::most_terms());
+    if extended.terms.is_empty() {
+        return Vec::new();
+    }
+    let needless = foreign_terms::superseded(problem, &extended);
+    let replaced = |(effect, without): (&Effect, &Option<Fit>)| {
+        let without = without.as_ref().filter(|_| !needless.contains(effect))?;
+        foreign_terms::replaces(problem, &found.best, *effect, without).then_some(*effect)
+    };
+    let pairs = found.best.hypothesis.effects.iter().zip(&found.without);
+    let replaced: Vec<Effect> = pairs.filter_map(replaced).collect();
+    [needless, replaced].concat()
 }
 
 /// Whether the causes remove more misfit from the balances they act on than they leave. Otherwise most of the gap has
