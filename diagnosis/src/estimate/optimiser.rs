@@ -10,6 +10,26 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector};
 
+/// Where a fit has its derivatives from.
+#[derive(Clone, Copy)]
+enum Derivatives<'a> {
+    /// Computed before each step.
+    Exact,
+    /// Corrected by most steps.
+    Corrected,
+    /// Kept for the parameters that another fit has, too; computed before each step for the others.
+    Known(&'a Jacobian),
+}
+
+impl<'a> Derivatives<'a> {
+    fn known(self) -> Option<&'a Jacobian> {
+        match self {
+            Self::Known(slopes) => Some(slopes),
+            Self::Exact | Self::Corrected => None,
+        }
+    }
+}
+
 /// How the derivatives of a fit belong to its present values.
 #[derive(Clone, Copy, PartialEq)]
 enum Slopes {
@@ -42,7 +62,8 @@ impl Problem<'_> {
         iterations: usize,
         goal: f64,
     ) -> Option<Fit> {
-        let refit = |from: Hypothesis| self.levenberg_marquardt(from, (changed, iterations), None, goal);
+        let refit =
+            |from: Hypothesis| self.levenberg_marquardt(from, (changed, iterations), Derivatives::Corrected, goal);
         let fit = refit(hypothesis)?;
         let left = (fit.cost_in(self, changed) - self.noise_cost(changed)).max(0.0);
         if fit.cost(self) - left > goal {
@@ -58,7 +79,7 @@ impl Problem<'_> {
     /// are the parameters of these channels and of those that shared parameters connect with them; all others keep
     /// their values.
     pub(crate) fn refit(&self, hypothesis: Hypothesis, changed: Channels, iterations: usize) -> Option<Fit> {
-        self.levenberg_marquardt(hypothesis, (changed, iterations), None, f64::INFINITY)
+        self.levenberg_marquardt(hypothesis, (changed, iterations), Derivatives::Exact, f64::INFINITY)
     }
 
     /// The first steps of a fit close to another one, whose derivatives are used for the parameters that both have.
@@ -69,14 +90,14 @@ impl Problem<'_> {
         iterations: usize,
         slopes: &Jacobian,
     ) -> Option<Fit> {
-        self.levenberg_marquardt(hypothesis, (changed, iterations), Some(slopes), f64::INFINITY)
+        self.levenberg_marquardt(hypothesis, (changed, iterations), Derivatives::Known(slopes), f64::INFINITY)
     }
 
     fn levenberg_marquardt(
         &self,
         mut hypothesis: Hypothesis,
         (changed, iterations): (Channels, usize),
-        slopes: Option<&Jacobian>,
+        derivatives: Derivatives<'_>,
         goal: f64,
     ) -> Option<Fit> {
         let mut values = hypothesis.values.clone();
@@ -87,11 +108,12 @@ impl Problem<'_> {
         // The curvature of a prior can be many decades below that of the data; damping must stay below both.
         let mut damping = 1.0e-7;
         let known: Vec<Option<&Residuals>> =
-            hypothesis.parameters.iter().map(|p| slopes.and_then(|s| s.by(p.slot))).collect();
+            hypothesis.parameters.iter().map(|p| derivatives.known().and_then(|s| s.by(p.slot))).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         let mut gained_before = f64::INFINITY;
         let mut state = Slopes::Old;
         let noise = self.noise_cost(self.judgeable);
+        let corrects = matches!(derivatives, Derivatives::Corrected);
         let mut left = iterations;
         'iterations: while !hypothesis.parameters.is_empty() {
             if state == Slopes::Old {
@@ -135,14 +157,14 @@ impl Problem<'_> {
                     let old = std::mem::replace(&mut residuals, new_residuals);
                     (values, cost) = (trial, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    let left_open = (cost - noise).max(0.0);
+                    let left_open = if corrects { (cost - noise).max(0.0) } else { 1.0e-2 * cost };
                     let converged = gained < constants::converged() + constants::converged_of_rest() * left_open;
                     let ends = converged || out_of_reach(cost - goal, [gained_before, gained], left);
                     if ends && state == Slopes::Exact {
                         break 'iterations;
                     }
                     gained_before = gained;
-                    if ends || slopes.is_some() || gained < constants::kept_promise() * promised {
+                    if ends || !corrects || gained < constants::kept_promise() * promised {
                         state = Slopes::Old;
                     } else {
                         secant::corrected(&hypothesis, &mut columns, step.as_slice(), [&old, &residuals]);

@@ -58,7 +58,7 @@ fn everyday(parameter: &Parameter) -> f64 {
 
 /// Effects that vanish smoothly at their neutral values, act everywhere, and are no other word for nominal values that are
 /// corrected as far anyway.
-fn is_everyday(problem: &Problem<'_>, effect: Effect) -> bool {
+pub(super) fn is_everyday(problem: &Problem<'_>, effect: Effect) -> bool {
     let i = effect.identification();
     let parameters = problem.parameters(effect);
     let corrected = |path: &str| {

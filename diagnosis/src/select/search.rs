@@ -89,10 +89,11 @@ pub(crate) fn search(
             }
         }
     }
-    // Two errors of one sensor are no first cause one at a time: then from what all everyday effects at once tell.
-    if beyond_noise(problem, &current)
+    // Two errors of one sensor are no first cause one at a time: then from what all everyday effects at once tell. More causes than
+    // are ever named rather stand for others, too.
+    if (beyond_noise(problem, &current) || current.hypothesis.effects.len() > constants::most_named())
         && problem.effort.millions() < constants::most_effort_open()
-        && let Some(start) = screened(problem, nominal)
+        && let Some(start) = screened(problem, nominal, &current)
     {
         let other = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
         if !beyond_noise(problem, &other) && penalised_cost(problem, &other) < penalised_cost(problem, &current) {
