@@ -249,6 +249,7 @@ parameters! {
     ServoOpening10 = 121: control.servo_opening_10_v;
     ServoLead = 122: control.servo_lead_s;
     ServoStickSlip = 123: control.servo_stick_slip;
+    StopTime = 124: control.stop_time_s;
 }
 
 impl ParameterInfo {

@@ -34,6 +34,8 @@ pub struct Config {
     pub(crate) inverse: DeadZoneInverse,
     pub(crate) dac: DacScale,
     pub(crate) safe_voltage: Voltage,
+    /// Ticks of the controlled stop.
+    pub(crate) stop_ticks: u16,
     pub(crate) supply_minimum: Pressure,
     pub(crate) glitch_ticks: u16,
     pub(crate) timing_limit: u16,
@@ -142,6 +144,9 @@ impl Config {
             output(p, dac_max, gain, (positions[1] - positions[0]) / f64::from(adc_max))?;
         let command_time_out_ticks = p.command_time_out_s.map_or(u32::MAX, |time| ticks(f64::from(time), tick_hz));
         let setpoint = setpoint(p, positions, tick_hz)?;
+        // Without the positioning law nothing knows how force answers to the valve, and without pressures none is known.
+        let equalises = p.law == LawChoice::Servo && p.pressure_sensors && p.stop_time_s > 0.0;
+        let stop_ticks = if equalises { ticks(f64::from(p.stop_time_s), tick_hz) as u16 } else { 0 };
         Ok(Self {
             freeze: freeze(&setpoint, positions, adc_max, p.tick_hz, stuck_ticks),
             position,
@@ -162,6 +167,7 @@ impl Config {
             inverse,
             dac,
             safe_voltage,
+            stop_ticks,
             supply_minimum: Pressure::from_bits(scaled(f64::from(p.supply_minimum_pa), Pressure::FRAC_NBITS) as i32),
             glitch_ticks,
             timing_limit: u16::from(p.timing_fault_ticks.max(1)) * GLITCH_WEIGHT,

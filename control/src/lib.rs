@@ -52,6 +52,7 @@ pub mod quantities;
 pub mod scales;
 pub mod servo;
 pub mod setpoint;
+mod stop;
 mod tick;
 #[cfg(any(test, feature = "twin"))]
 pub mod twin;

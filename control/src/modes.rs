@@ -8,11 +8,13 @@
 //!  reset-fault │       │ implausible sensor     │ sensor fault   │ any fault
 //!              │       ▼                        ▼                ▼
 //!            ┌──────────────────────────────────────────────────────┐
-//!            │ safe: reason latched, valve at the safe voltage      │
+//!            │ safe: reason latched, valve at the safe voltage,     │
+//!            │ from run at the latest after the controlled stop     │
 //!            └──────────────────────────────────────────────────────┘
 //! ```
 //!
-//! Only `run` moves the valve; in every other mode it stands at the safe voltage. Nothing leaves `safe` by itself, and a
+//! Only `run` moves the valve, and the controlled stop (`stop.rs`) with which `safe` may begin; otherwise it stands at the safe
+//! voltage. Nothing leaves `safe` by itself, and a
 //! reset never leads to `run`: the sensors are tested anew, then the operator arms. A command that does not fit the mode
 //! changes nothing.
 
@@ -180,7 +182,7 @@ pub enum Mode {
     Idle,
     /// Armed: the law drives the valve.
     Run,
-    /// Latched after a fault; valve at the safe voltage.
+    /// Latched after a fault; valve at the safe voltage, once a controlled stop has ended.
     Safe(Reason),
 }
 

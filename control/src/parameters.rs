@@ -200,6 +200,11 @@ parameter_table! {
     dead_zone_blend_v: Option<f32> = None, "V", 5.0e-4 => 1.0;
     /// Largest magnitude of valve voltage ever commanded.
     max_voltage_v: f32 = 5.0, "V", 0.1 => 100.0;
+    // Counted in ticks in 16 bits. What is longer than equalising takes keeps the air on for nothing.
+    /// How long after a trip the valve goes on moving to equalise the chambers' forces (stop category 1), before it takes the safe
+    /// voltage and the air output drops; 0: both at once (stop category 0), as always under the paper's law and without
+    /// pressure sensors.
+    stop_time_s: f32 = 0.1, "s", 0.0 => 0.2;
     /// Valve voltage in every mode but run; absent: the middle of the dead zone, where both chambers are blocked.
     safe_voltage_v: Option<f32> = None, "V", -100.0 => 100.0;
 

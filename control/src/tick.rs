@@ -6,8 +6,9 @@ use crate::frozen::FreezeWatch;
 use crate::modes::{Channel, Mode, OperatorCommand, Reason};
 use crate::plausibility::{ChannelState, Fault, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Voltage};
-use crate::servo::{Readings, ServoState};
+use crate::servo::{Readings, ServoState, Stage};
 use crate::setpoint::SetpointState;
+use crate::stop::{Causes, Stop};
 
 /// What the shell hands in each tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,7 +73,7 @@ pub struct Telemetry {
     pub supply: Option<Pressure>,
     /// Whether one of the chambers' pressures is not measured, or lost.
     pub pressure_lost: bool,
-    /// Effective voltage `w` asked for by the law; zero unless running.
+    /// Effective voltage `w` asked for by the law; zero unless running or in a controlled stop.
     pub w: Voltage,
     /// Valve voltage `u`, before rounding to a DAC code.
     pub u: Voltage,
@@ -82,6 +83,7 @@ pub struct Telemetry {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ControllerState {
     mode: Mode,
+    stop: Stop,
     reset: Option<Reason>,
     begin: bool,
     freeze: FreezeWatch,
@@ -120,6 +122,22 @@ impl ControllerState {
         self.mode
     }
 
+    /// Whether a controlled stop is under way: the mode is safe, the reason latched, and the valve still moves to equalise the
+    /// chambers' forces.
+    #[inline]
+    #[must_use]
+    pub fn stopping(&self) -> bool {
+        self.stop.is_on()
+    }
+
+    /// Whether the readings should be those of one cylinder, tick by tick: in a run, and in a controlled stop that is for nothing
+    /// but a silent host.
+    #[inline]
+    #[must_use]
+    pub fn consistent(&self) -> bool {
+        self.mode == Mode::Run || self.stop.is_for(Causes::HOST)
+    }
+
     /// What the positioning law remembers.
     #[must_use]
     pub fn servo(&self) -> &ServoState {
@@ -142,7 +160,7 @@ impl ControllerState {
 #[inline]
 pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Outputs {
     let fault = judge(config, state, &inputs);
-    advance_mode(config, state, inputs.command, fault);
+    advance_mode(config, state, &inputs, fault);
 
     let position = Position::from_bits(state.position.good());
     let begin = state.begin && state.position.seen();
@@ -159,12 +177,20 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
             }
             Some(servo) => {
                 let readings = readings(config, state, position);
-                let [u, w] = servo.step(&mut state.servo, begin, reference, &readings);
+                let stage = if begin { Stage::Begin } else { Stage::Run };
+                let [u, w] = servo.step(&mut state.servo, stage, reference, &readings);
                 (reference, w, u)
             }
         }
     } else {
-        (position, Voltage::ZERO, config.safe_voltage)
+        match &config.servo {
+            Some(servo) if state.stopping() => {
+                let readings = readings(config, state, position);
+                let [u, w] = servo.step(&mut state.servo, Stage::Stop, position, &readings);
+                (position, w, u)
+            }
+            _ => (position, Voltage::ZERO, config.safe_voltage),
+        }
     };
     Outputs {
         dac: config.dac.code(u),
@@ -190,23 +216,34 @@ pub fn learn(config: &Config, state: &mut ControllerState) {
     }
 }
 
-/// What the positioning law sees.
+/// What the positioning law sees: in a controlled stop its own prediction instead of what has failed.
 #[inline]
 fn readings(config: &Config, state: &ControllerState, y: Position) -> Readings {
     let read = |channel: &ChannelState| Pressure::from_bits(channel.good());
+    let [lost_a, lost_b] = state.lost;
+    let failed = |cause: Causes| state.stop.is_for(cause);
     Readings {
-        y,
+        y: if failed(Causes::POSITION) { state.servo.estimate.y } else { y },
         chambers: [
-            (!state.lost[0]).then(|| read(&state.pressure_a)),
-            (!state.lost[1]).then(|| read(&state.pressure_b)),
+            (!lost_a && !failed(Causes::PRESSURE_A)).then(|| read(&state.pressure_a)),
+            (!lost_b && !failed(Causes::PRESSURE_B)).then(|| read(&state.pressure_b)),
         ],
-        supply: config.supply_sensor.then(|| read(&state.supply)),
+        supply: (config.supply_sensor && !failed(Causes::SUPPLY)).then(|| read(&state.supply)),
     }
 }
 
-/// What is wrong this tick, the most telling reason first.
+/// What is wrong in a tick.
+#[derive(Clone, Copy)]
+struct Faults {
+    /// The most telling reason to leave the mode.
+    reason: Option<Reason>,
+    /// Everything.
+    causes: Causes,
+}
+
+/// What is wrong this tick.
 #[inline]
-fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Option<Reason> {
+fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Faults {
     let testing = !matches!(state.mode, Mode::Run | Mode::Idle);
     // Before the first good reading, nothing tells an end stop from a broken wire.
     let rail_is_fault = config.position_rail_is_fault || testing || !state.position.seen();
@@ -246,10 +283,19 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
     state.host_silent = if inputs.host_heard { 0 } else { state.host_silent.saturating_add(1) };
 
     // What forbids running forbids arming too.
-    let silent = state.mode == Mode::Run && state.host_silent >= config.command_time_out_ticks;
+    let silent = state.host_silent >= config.command_time_out_ticks;
+    let causes = Causes::default()
+        .and(Causes::POSITION, position.is_some() || frozen)
+        .and(Causes::PRESSURE_A, state.lost[0])
+        .and(Causes::PRESSURE_B, state.lost[1])
+        .and(Causes::SUPPLY, supply.is_some() || supply_low)
+        .and(Causes::TIMING, overrun || missed || late)
+        .and(Causes::HOST, silent)
+        .and(Causes::AT_ONCE, inputs.faults.model_disagreement || inputs.faults.valve_output);
     let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
     // A valve that does not obey is no better while idle: the air is on.
-    None.or(inputs.faults.valve_output.then_some(Reason::ValveOutput))
+    let reason = None
+        .or(inputs.faults.valve_output.then_some(Reason::ValveOutput))
         .or(position.map(|fault| reason(fault, Channel::Position)))
         .or(pressure_a.map(|fault| reason(fault, Channel::PressureA)))
         .or(pressure_b.map(|fault| reason(fault, Channel::PressureB)))
@@ -260,7 +306,8 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Optio
         .or((running && missed).then_some(Reason::MissedTick))
         .or((running && late).then_some(Reason::LateTick))
         .or((running && inputs.faults.model_disagreement).then_some(Reason::ModelDisagreement))
-        .or(silent.then_some(Reason::CommandTimeOut))
+        .or((state.mode == Mode::Run && silent).then_some(Reason::CommandTimeOut));
+    Faults { reason, causes }
 }
 
 fn reason(fault: Fault, channel: Channel) -> Reason {
@@ -286,8 +333,9 @@ fn fill(level: &mut u16, bad: u16, limit: u16) -> bool {
 }
 
 #[inline]
-fn advance_mode(config: &Config, state: &mut ControllerState, command: Option<OperatorCommand>, fault: Option<Reason>) {
-    let mode = match (state.mode, fault, command) {
+fn advance_mode(config: &Config, state: &mut ControllerState, inputs: &Inputs, faults: Faults) {
+    let before = state.mode;
+    let mode = match (before, faults.reason, inputs.command) {
         (Mode::Safe(_), _, Some(OperatorCommand::ResetFault)) => {
             for channel in [&mut state.position, &mut state.pressure_a, &mut state.pressure_b, &mut state.supply] {
                 channel.clear();
@@ -320,4 +368,12 @@ fn advance_mode(config: &Config, state: &mut ControllerState, command: Option<Op
         (mode, None, _) => mode,
     };
     state.mode = mode;
+    match (before, mode) {
+        // A law that has not begun yet knows nothing of the rig.
+        (Mode::Run, Mode::Safe(_)) if !state.begin && !state.servo.hold.on => {
+            state.stop = Stop::begin(config.stop_ticks, faults.causes);
+        }
+        (Mode::Safe(_), Mode::Safe(_)) => state.stop.advance(inputs.faults.missed_ticks, faults.causes),
+        _ => state.stop = Stop::default(),
+    }
 }

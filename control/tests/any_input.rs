@@ -1,9 +1,9 @@
 //! Any codes, any commands, any faults, any configuration that the checks let through: no panic, no code out of range, and
-//! nothing but run moves the valve. The same target is fuzzed in `fuzz/`.
+//! nothing but run and a controlled stop that follows it moves the valve. The same target is fuzzed in `fuzz/`.
 
 use control::{
-    AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, Mode, OperatorCommand, Parameters, Position,
-    learn, step,
+    AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, LawChoice, Mode, OperatorCommand, Parameters,
+    Position, learn, step,
 };
 use proptest::prelude::*;
 
@@ -45,8 +45,11 @@ fn accepted_parameters() -> impl Strategy<Value = Parameters> {
         (-3.9_f32..3.0, 0.01_f32..3.0, 8_u8..=16, 8_u8..=16, 50_u32..20_000),
         (0.0_f32..300.0, prop::option::of(1e-4_f32..50.0), prop::option::of(0.1_f32..1000.0)),
         (-1.0_f32..0.0, 0.0_f32..1.0, 0.05_f32..20.0, 0.0_f32..0.1, 0.0_f32..0.1),
+        (any::<bool>(), 0.0_f32..0.2),
     )
-        .prop_map(|(c, l, z)| Parameters {
+        .prop_map(|(c, l, z, s)| Parameters {
+            law: if s.0 { LawChoice::Servo } else { LawChoice::Paper },
+            stop_time_s: s.1,
             position_range_m: [c.0, c.0 + c.1],
             adc_bits: c.2,
             dac_bits: c.3,
@@ -76,16 +79,23 @@ proptest! {
             1 => ControllerState::boot(Some(control::Reason::Panic)),
             _ => ControllerState::armed(),
         };
+        let mut stopping = 0.0;
         for (inputs, repeats) in ticks {
             for _ in 0..repeats {
-                let before = state.mode();
+                let before = (state.mode(), state.stopping());
                 let outputs = step(&config, &mut state, inputs);
                 learn(&config, &mut state);
                 prop_assert!(outputs.dac <= config.dac_scale().max_code());
                 prop_assert!(outputs.telemetry.u.abs() <= p.max_voltage_v);
-                if outputs.mode != Mode::Run {
+                if state.stopping() {
+                    prop_assert!(matches!(outputs.mode, Mode::Safe(_)));
+                    prop_assert!(before.0 == Mode::Run || before.1);
+                    stopping = if before.1 { stopping + 1.0 } else { 1.0 };
+                    prop_assert!(stopping - 1.0 < p.stop_time_s * p.tick_hz as f32);
+                } else if outputs.mode != Mode::Run {
                     prop_assert_eq!(outputs.dac, config.safe_code());
                 }
+                let before = before.0;
                 if matches!(before, Mode::Safe(_)) && inputs.command != Some(OperatorCommand::ResetFault) {
                     prop_assert_eq!(outputs.mode, before);
                 }

@@ -16,7 +16,7 @@ use plant_model::Plant;
 
 use crate::bench::BenchPlant;
 use crate::course::Course;
-use crate::record::{Record, mode_number};
+use crate::record::{Record, STOPPING, mode_number};
 
 /// What the background asks of the loop, through a queue; at most one is taken per tick.
 #[derive(Clone, Debug)]
@@ -220,11 +220,11 @@ impl ControlLoop {
         Some(LearnedValues { now: values(learned), nominal: values(nominal), ..LearnedValues::default() })
     }
 
-    /// Whether air may be let to the valve: while idle or running, never on the bench.
+    /// Whether air may be let to the valve: while idle, running or in a controlled stop, never on the bench.
     #[inline]
     #[must_use]
     pub fn air_allowed(&self) -> bool {
-        matches!(self.state.mode(), Mode::Idle | Mode::Run) && self.bench.is_none()
+        (matches!(self.state.mode(), Mode::Idle | Mode::Run) || self.state.stopping()) && self.bench.is_none()
     }
 
     /// Where the simulated plant lies: memory without meaning while none stands in.
@@ -269,7 +269,7 @@ impl ControlLoop {
         let held = core::mem::replace(&mut self.dac, outputs.dac.0);
         self.reference = outputs.telemetry.reference;
         self.tick = self.tick.wrapping_add(1);
-        let mode = mode_number(outputs.mode);
+        let mode = mode_number(outputs.mode) | if self.state.stopping() { STOPPING } else { 0 };
         let disagreement = self.disagreement;
         let event = mode != self.last_mode || (disagreement && !self.warned);
         (self.last_mode, self.warned) = (mode, disagreement);
@@ -339,7 +339,7 @@ impl ControlLoop {
             supply_pa: self.seen.supply.map(pascals),
         };
         let u_v = self.seen.u.to_bits() as f32 * const { 1.0 / (1_u32 << Voltage::FRAC_NBITS) as f32 };
-        if self.state.mode() == Mode::Run && !self.seen.pressure_lost {
+        if self.state.consistent() && !self.seen.pressure_lost {
             let verdict = monitor.step(&readings, self.previous_u_v);
             see(&verdict);
             self.disagreement = verdict.disagreement;

@@ -57,7 +57,7 @@ pub use output_check::{OutputCheck, OutputSeen, tolerance as output_tolerance};
 pub use oversampled::code_of_sum;
 pub use parameter_table::ParameterError as SettingsError;
 pub use recent::Recent;
-pub use record::{Record, mode_from_number, mode_number};
+pub use record::{Record, STOPPING, mode_from_number, mode_number};
 pub use settings::{Kept, Settings};
 pub use snapshot::{Snapshot, SnapshotValues};
 pub use store::{LAYOUT as PARAMETER_LAYOUT, Loaded, ParameterStore, STORED_BYTES};

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bench::BenchPlant;
 use crate::control_loop::{ControlLoop, MonitorSetup, Order, Setup};
-use crate::record::{mode_from_number, mode_number};
+use crate::record::{STOPPING, mode_from_number};
 
 /// First byte of the guest.
 pub const READY: u8 = 0xA5;
@@ -162,18 +162,20 @@ pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
     })
 }
 
-/// What comes back of one tick: code and mode.
+/// What comes back of one tick: code and mode as a record has them.
 #[must_use]
-pub fn encode_answer(dac: u16, mode: Mode) -> [u8; ANSWER_BYTES] {
-    let ([d0, d1], [m0, m1]) = (dac.to_le_bytes(), mode_number(mode).to_le_bytes());
+pub fn encode_answer(dac: u16, mode: u16) -> [u8; ANSWER_BYTES] {
+    let ([d0, d1], [m0, m1]) = (dac.to_le_bytes(), mode.to_le_bytes());
     [d0, d1, m0, m1]
 }
 
-/// Code and mode of one tick; `None` if the mode is none. How long a self-test still takes is not told.
+/// Code and mode of one tick, and whether a controlled stop is under way; `None` if the mode is none. How long a self-test still takes
+/// is not told.
 #[must_use]
-pub fn decode_answer(answer: [u8; ANSWER_BYTES]) -> Option<(u16, Mode)> {
+pub fn decode_answer(answer: [u8; ANSWER_BYTES]) -> Option<(u16, Mode, bool)> {
     let [d0, d1, m0, m1] = answer;
-    Some((u16::from_le_bytes([d0, d1]), mode_from_number(u16::from_le_bytes([m0, m1]))?))
+    let number = u16::from_le_bytes([m0, m1]);
+    Some((u16::from_le_bytes([d0, d1]), mode_from_number(number)?, number & STOPPING != 0))
 }
 
 /// Instructions per tick, measured by the guest.

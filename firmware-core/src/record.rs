@@ -17,7 +17,7 @@ pub struct Record {
     pub held: u16,
     /// Setpoint after the limiter, m · 2^28.
     pub reference_bits: i32,
-    /// See [`mode_number`].
+    /// See [`mode_number`]; with [`STOPPING`] added in a controlled stop.
     pub mode: u16,
     /// The model monitor saw a contradiction in the tick before. While it only warns, this is all that comes of it.
     pub disagreement: bool,
@@ -26,6 +26,9 @@ pub struct Record {
     /// Core clock cycles from interrupt entry to: samples read, control done, valve written.
     pub stamps: [u16; 3],
 }
+
+/// Added to the number of the safe state while a controlled stop is under way: the reason is latched, the valve still moves.
+pub const STOPPING: u16 = 512;
 
 /// A mode as a number: 0 boot, 1 self-test, 2 idle, 3 run, 256 + reason for safe.
 #[must_use]
@@ -39,7 +42,7 @@ pub fn mode_number(mode: Mode) -> u16 {
     }
 }
 
-/// The mode of a number; `None` if there is none. How long a self-test still takes is not told.
+/// The mode of a number, [`STOPPING`] or not; `None` if there is none. How long a self-test still takes is not told.
 #[must_use]
 pub fn mode_from_number(number: u16) -> Option<Mode> {
     match number {
@@ -47,7 +50,7 @@ pub fn mode_from_number(number: u16) -> Option<Mode> {
         1 => Some(Mode::SelfTest { ticks_left: 0 }),
         2 => Some(Mode::Idle),
         3 => Some(Mode::Run),
-        _ => Reason::from_code(u8::try_from(number.checked_sub(256)?).ok()?).map(Mode::Safe),
+        _ => Reason::from_code(u8::try_from((number & !STOPPING).checked_sub(256)?).ok()?).map(Mode::Safe),
     }
 }
 

@@ -1,7 +1,9 @@
 #![no_main]
 //! Any numbers as configuration, then any codes, commands and faults: no panic, no DAC code out of range, and nothing but
 //! run moves the valve. `control/tests/any_input.rs` is the same property under proptest.
-use control::{AdcCode, OperatorCommand, Config, ExternalFaults, Inputs, Mode, Parameters, Position, ControllerState, learn, step};
+use control::{
+    AdcCode, Config, ControllerState, ExternalFaults, Inputs, LawChoice, Mode, OperatorCommand, Parameters, Position, learn, step,
+};
 use libfuzzer_sys::fuzz_target;
 
 /// Reads the fuzzer's bytes from the front; zero when they run out.
@@ -62,6 +64,8 @@ fuzz_target!(|bytes: &[u8]| {
         timing_fault_ticks: bytes.byte(),
         self_test_time_s: bytes.number(0.01),
         command_time_out_s: bytes.option(0.1),
+        stop_time_s: bytes.number(0.1),
+        law: if bytes.byte() & 1 == 0 { LawChoice::Paper } else { LawChoice::Servo },
         ..d
     };
     let Ok(config) = Config::from_parameters(&p) else { return };
@@ -97,7 +101,7 @@ fuzz_target!(|bytes: &[u8]| {
             let outputs = step(&config, &mut state, inputs);
             learn(&config, &mut state);
             assert!(outputs.dac <= config.dac_scale().max_code());
-            assert!(outputs.mode == Mode::Run || outputs.dac == config.safe_code());
+            assert!(outputs.mode == Mode::Run || state.stopping() || outputs.dac == config.safe_code());
         }
     }
 });

@@ -2,7 +2,7 @@
 
 use control::{Position, Quantities, Quantity};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
-use firmware_core::mode_from_number;
+use firmware_core::{STOPPING, mode_from_number};
 use rig_files::{Converter, InputError, Log};
 
 /// Where in the stream something went wrong, or what the board said.
@@ -193,7 +193,8 @@ impl Recorder {
         if self.mode != Some(mode) {
             self.mode = Some(mode);
             let word = mode_from_number(mode).map_or_else(|| format!("mode {mode}"), |mode| mode.to_string());
-            remarks.push(Remark::Mode(t_s, word));
+            let stopping = if mode & STOPPING != 0 { ", stopping" } else { "" };
+            remarks.push(Remark::Mode(t_s, word + stopping));
         }
         let Latest { y_m: [y_m, y_ref_m], p_pa: [p_a, p_b, p_sup], u_v, .. } = self.latest;
         self.row(t_s, [y_m, u_v, p_a, p_b, p_sup, y_ref_m]);

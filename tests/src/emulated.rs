@@ -130,6 +130,8 @@ pub struct EmulatedTarget {
     tick_s: f64,
     ticks: u64,
     lost: bool,
+    /// What the air output is to be since the last tick.
+    air: Option<bool>,
     last_sampled: Option<Time>,
     facts: Facts,
 }
@@ -199,6 +201,7 @@ impl EmulatedTarget {
             tick_s: rig.io.tick_s(),
             ticks: 0,
             lost: false,
+            air: None,
             last_sampled: None,
             facts: Facts::default(),
         };
@@ -309,6 +312,7 @@ impl EmulatedTarget {
         let tick = loop {
             match self.board.advance(end).map_err(|error| fail(&error))? {
                 Event::Entered => {
+                    self.air_as_wanted()?;
                     let heard = self.word(self.symbols.host_heard & !3) >> (8 * (self.symbols.host_heard & 3)) & 0xFF;
                     let [written, read] = self.symbols.orders.map(|address| self.word(address));
                     let taken = if written == read { None } else { self.order.take() };
@@ -328,6 +332,7 @@ impl EmulatedTarget {
         let codes = pins.sums.map(code_of_sum);
         let wanted = self.shadow.tick(codes, inputs.faults, host_heard);
         self.shadow.conclude();
+        self.air = Some(self.shadow.air_allowed());
         self.snapshot.publish(&wanted.record, &self.shadow);
         // The chip takes it last in the tick, for the coming one.
         if let Some(order) = order {
@@ -360,6 +365,15 @@ impl EmulatedTarget {
         }
         if pin != Some(before) {
             return Err(TargetError(format!("the pin shows {pin:?}, the code of the tick before is {before}")));
+        }
+        Ok(())
+    }
+
+    /// Since the last tick the air output stands as the desktop's loop says.
+    fn air_as_wanted(&mut self) -> Result<(), TargetError> {
+        let air = self.board.machine().chip.gpio[1].driven(0) == Some(true);
+        if self.air.is_some_and(|wanted| wanted != air) {
+            return Err(TargetError(format!("tick {}: the air output is {air}", self.facts.ticks)));
         }
         Ok(())
     }
@@ -412,7 +426,11 @@ impl Target for EmulatedTarget {
                 .map(|code| code.0);
         let mode = self.one_tick(inputs)?;
         self.ticks += 1;
-        Ok(TickOutput { dac: DacCode(self.board.machine().chip.dac.holding()), mode })
+        Ok(TickOutput {
+            dac: DacCode(self.board.machine().chip.dac.holding()),
+            mode,
+            stopping: self.shadow.state().stopping(),
+        })
     }
 
     fn lose_tick(&mut self) -> Result<(), TargetError> {

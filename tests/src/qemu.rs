@@ -191,8 +191,9 @@ impl Target for QemuTarget {
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError> {
         self.send(&encode_tick(inputs))?;
         let answer: [u8; ANSWER_BYTES] = self.receive()?;
-        let (dac, mode) = decode_answer(answer).ok_or_else(|| TargetError(format!("the guest answered {answer:?}")))?;
-        Ok(TickOutput { dac: DacCode(dac), mode })
+        let (dac, mode, stopping) =
+            decode_answer(answer).ok_or_else(|| TargetError(format!("the guest answered {answer:?}")))?;
+        Ok(TickOutput { dac: DacCode(dac), mode, stopping })
     }
     fn watchdog_reset(&mut self) -> Result<(), TargetError> {
         let mut message = [0; TICK_BYTES];

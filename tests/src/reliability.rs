@@ -65,7 +65,7 @@ impl Target for Unprotected {
                 io.valve().code(servo.step(inputs.reference.to_num(), &readings)) as u16
             }
         };
-        Ok(TickOutput { dac: DacCode(dac), mode: Mode::Run })
+        Ok(TickOutput { dac: DacCode(dac), mode: Mode::Run, stopping: false })
     }
 
     fn has_watchdog(&self) -> bool {

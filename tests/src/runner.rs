@@ -51,6 +51,8 @@ pub struct Sample {
     pub dac: u16,
     /// Its mode.
     pub mode: Mode,
+    /// Whether a controlled stop is under way.
+    pub stopping: bool,
 }
 
 /// How long the independent watchdog waits for a tick, s; as on the board.
@@ -108,7 +110,7 @@ pub fn run_observed(
     // What the valve holds before the first code arrives: mid position.
     let mid = valve.code(0.0) as u16;
     let mut latched: VecDeque<u16> = std::iter::repeat_n(mid, usize::from(scenario.output_delay_ticks)).collect();
-    let (mut dac, mut mode) = (mid, Mode::Boot);
+    let (mut dac, mut mode, mut stopping) = (mid, Mode::Boot, false);
     let (mut held_u, mut jammed_u) = (0.0, None);
     let mut last_codes = [0; 4];
     let mut missed = 0_u8;
@@ -149,7 +151,7 @@ pub fn run_observed(
         if silent_ticks == watchdog_ticks && target.has_watchdog() {
             target.watchdog_reset()?;
             // A reset takes the DAC to mid at once, latch and all.
-            (dac, mode) = (mid, Mode::Safe(Reason::WatchdogReset));
+            (dac, mode, stopping) = (mid, Mode::Safe(Reason::WatchdogReset), false);
             latched.iter_mut().for_each(|code| *code = mid);
         }
         if !dropped {
@@ -174,7 +176,7 @@ pub fn run_observed(
                 },
             };
             let answer = target.tick(&inputs)?;
-            (dac, mode) = (answer.dac.0, answer.mode);
+            (dac, mode, stopping) = (answer.dac.0, answer.mode, answer.stopping);
             for byte in codes.iter().chain([&dac]).flat_map(|code| code.to_le_bytes()) {
                 outcome.fingerprint = (outcome.fingerprint ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
             }
@@ -207,6 +209,7 @@ pub fn run_observed(
             codes,
             dac,
             mode,
+            stopping,
         });
 
         latched.push_back(dac);
@@ -218,7 +221,8 @@ pub fn run_observed(
             jammed_u = None;
         }
         let new_u = jammed_u.unwrap_or(u);
-        let dumped = scenario.dump_valve_s.filter(|_| !matches!(mode, Mode::Idle | Mode::Run));
+        let air = stopping || matches!(mode, Mode::Idle | Mode::Run);
+        let dumped = scenario.dump_valve_s.filter(|_| !air);
         if let Some(time_constant_s) = active(Kind::SupplyLoss).map(|fault| fault.time_constant_s).or(dumped) {
             let fallen = (supply_pa - rig.rig.supply.atmosphere_pa) * (-tick_s / time_constant_s).exp();
             supply_pa = rig.rig.supply.atmosphere_pa + fallen;

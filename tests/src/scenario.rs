@@ -40,7 +40,8 @@ pub struct Scenario {
     /// share, exhausts slower by it, and has chambers larger by half of it.
     #[serde(default)]
     pub rig_error: f64,
-    /// A dump valve at the board's air output: how fast the supply then falls in every state but idle and run, s. Absent: none.
+    /// A dump valve at the board's air output: how fast the supply then falls in every state but idle, run and a controlled stop, s.
+    /// Absent: none.
     pub dump_valve_s: Option<f64>,
     /// Ticks per second instead of the rig file's.
     pub tick_hz: Option<u32>,

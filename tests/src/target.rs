@@ -13,6 +13,8 @@ pub struct TickOutput {
     pub dac: DacCode,
     /// The mode after the tick.
     pub mode: Mode,
+    /// Whether it is a controlled stop: safe, and the valve still moves.
+    pub stopping: bool,
 }
 
 /// A target that cannot go on: the connection broke, or it answered nonsense.
@@ -125,7 +127,7 @@ impl Target for HostTarget {
     fn tick(&mut self, inputs: &Inputs) -> Result<TickOutput, TargetError> {
         // What the law wants: in bench mode the valve itself stands at the safe code.
         let dac = DacCode(self.loop_tick(inputs).record.dac);
-        Ok(TickOutput { dac, mode: self.control_loop.mode() })
+        Ok(TickOutput { dac, mode: self.control_loop.mode(), stopping: self.control_loop.state().stopping() })
     }
 
     fn watchdog_reset(&mut self) -> Result<(), TargetError> {

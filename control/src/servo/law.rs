@@ -26,7 +26,7 @@ pub(crate) struct LawGains {
 
 /// The angle that gives a rate of force, as far as the valve goes.
 #[inline]
-fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
+pub(super) fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
     let slope = slope.to_bits().unsigned_abs();
     limit(Angle::from_bits(quotient(rate.to_bits(), slope, 28)), -most, most)
 }

@@ -6,6 +6,7 @@
 //!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
 //!                                         │      hold, stick          silent at rest; breaking away
 //!                            observer ────┘   └─ learning             valve gain, dead zone, friction
+//!                               └─ equalise ─ inversion ─► command    after a trip, instead of all above
 //! ```
 //!
 //! Forces are per nominal moving mass, so that the tick never needs the mass, and a force has the format of an acceleration:
@@ -27,6 +28,7 @@
 mod air;
 mod angle;
 mod delay;
+mod equalise;
 mod factor;
 pub mod friction;
 pub mod hold;
@@ -116,6 +118,17 @@ pub(crate) struct Readings {
     pub(crate) supply: Option<Pressure>,
 }
 
+/// What a tick of the law is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// A run begins.
+    Begin,
+    /// It goes on.
+    Run,
+    /// It has ended by a fault: a controlled stop.
+    Stop,
+}
+
 /// What one tick shows of the rig, until it is learned behind the valve code.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shown {
@@ -201,12 +214,12 @@ impl Tuning {
         if state.learned { Learned::of(&state.valve, &state.body, state.lag.ticks) } else { self.start }
     }
 
-    /// One tick: the command that acts from the next tick on, and its effective voltage. `begin` starts a run. [`Tuning::learn`]
-    /// follows.
+    /// One tick: the command that acts from the next tick on, and its effective voltage. [`Tuning::learn`] follows.
     ///
     /// Never inlined, so that it is compiled with this crate's options: for speed, also in a firmware that is compiled for size.
     #[inline(never)]
-    pub(crate) fn step(&self, state: &mut ServoState, begin: bool, target: Position, read: &Readings) -> [Voltage; 2] {
+    pub(crate) fn step(&self, state: &mut ServoState, stage: Stage, target: Position, read: &Readings) -> [Voltage; 2] {
+        let begin = stage == Stage::Begin;
         let chambers = &self.chambers;
         let [per_pa_a, per_pa_b] = chambers.per_pa;
         let [p_a, p_b] = read.chambers;
@@ -246,7 +259,13 @@ impl Tuning {
         }
         let wrong = self.noise_of.of(innovation.y.saturating_abs());
         state.noise = state.noise.saturating_add(self.noise_follow.of(wrong.saturating_sub(state.noise)));
-        let command = law::command(self, state, target, &air);
+        let command = if stage == Stage::Stop {
+            // Readings of a rig that is not as it should be teach nothing.
+            state.shown = None;
+            equalise::command(self, state, &air)
+        } else {
+            law::command(self, state, target, &air)
+        };
         state.acting = command[0];
         command
     }

@@ -156,7 +156,7 @@ fn a_target_is_new_until_the_reference_is_within_a_tenth_of_a_millimetre_and_aga
     let read = Readings { y: Position::ZERO, chambers: [None; 2], supply: None };
     for (off_m, new) in [(1e-3, true), (0.05e-3, false)] {
         let (mut state, target) = (ServoState::default(), metres(off_m));
-        tuning.step(&mut state, true, target, &read);
+        tuning.step(&mut state, Stage::Begin, target, &read);
         assert_eq!(state.stream.take(target, &tuning.stream, &tuning.tick).new, new, "{off_m} m");
         assert!(state.stream.take(metres(0.01), &tuning.stream, &tuning.tick).new);
     }
@@ -381,7 +381,7 @@ fn without_pressures_a_run_begins_with_less_friction_since_too_much_is_hardly_un
     let begun = |chambers: [Option<Pressure>; 2]| {
         let mut state = ServoState::default();
         let readings = Readings { y: Position::ZERO, chambers, supply: None };
-        tuning.step(&mut state, true, Position::ZERO, &readings);
+        tuning.step(&mut state, Stage::Begin, Position::ZERO, &readings);
         value(state.body.coulomb) / value(tuning.learning.coulomb)
     };
     let measured = Some(Pressure::from_num(3));
@@ -545,4 +545,22 @@ fn every_parameter_of_the_law_is_the_rigs_or_says_how_fast_it_moves() {
         others,
         [&speeds[..], &following[..]].concat().iter().map(|key| format!("servo_{key}")).collect::<Vec<_>>()
     );
+}
+
+#[test]
+fn a_controlled_stop_asks_for_the_rate_that_brings_the_force_to_that_at_rest_and_for_no_other_side() {
+    let mut tuning = tuning();
+    // With a rod and a load the force at rest is not nought.
+    tuning.chambers.rest[1] = tuning.chambers.rest[0].saturating_sub(Acceleration::from_num(3));
+    let state = ServoState { valve: new_valve(&tuning), ..ServoState::default() };
+    let air = tuning.chambers.air(Position::ZERO, [tuning.chambers.rest[0]; 3]);
+    for force in [-20.0, -1.0, 0.0, 2.9, 3.0, 3.1, 7.0, 20.0, 200.0] {
+        let estimate = Estimate { force: Acceleration::from_num(force), ..Estimate::default() };
+        let [_, w] = equalise::command(&tuning, &ServoState { estimate, ..state }, &air);
+        let rate = 0.15 * 68.10603 * (3.0 - force);
+        let slope = value(if rate >= 0.0 { air.slope_fill_a } else { air.slope_fill_b });
+        let most = value(tuning.valve.most_angle(&state.valve));
+        let theta = (rate / slope).clamp(-most, most);
+        assert!((value(w) - theta.tan() / 2.0).abs() < 1e-4 * (1.0 + theta.tan().abs()), "{force}: {w} V, {theta}");
+    }
 }

@@ -90,9 +90,9 @@ fn what_is_learned_is_forgotten_at_a_restart_unless_it_was_kept_by_command() {
     assert_eq!(bench.learned(), LearnedValues { kept: Some(learned.now), ..learned });
     bench.done(Command::Restart);
     assert_eq!(bench.learned(), LearnedValues { kept: Some(learned.now), ..learned }, "begun with, to the last bit");
-    // And a run really begins there.
+    // And a run really begins there: it learns on from the first tick, by a hundredth or two, and without what was kept it would begin at 1.
     bench.done(Command::Arm);
-    assert!((bench.learned().now[0] - learned.now[0]).abs() < 0.01);
+    assert!((bench.learned().now[0] - learned.now[0]).abs() < 0.05);
     bench.done(Command::Disarm);
 
     bench.done(Command::Forget);
