@@ -43,6 +43,8 @@ pub struct ExternalFaults {
     pub overrun: bool,
     /// The on-board model cannot explain the readings; already debounced by the monitor.
     pub model_disagreement: bool,
+    /// Of that disagreement: it is the position that contradicts the rest.
+    pub position_contradicts: bool,
     /// The valve output is not what was written; already debounced by the shell.
     pub valve_output: bool,
 }
@@ -216,14 +218,15 @@ pub fn learn(config: &Config, state: &mut ControllerState) {
     }
 }
 
-/// What the positioning law sees: in a controlled stop its own prediction instead of what has failed.
+/// What the positioning law sees: in a controlled stop its reference instead of a position that has failed, and none of a pressure or
+/// a supply, for which it has its model.
 #[inline]
 fn readings(config: &Config, state: &ControllerState, y: Position) -> Readings {
     let read = |channel: &ChannelState| Pressure::from_bits(channel.good());
     let [lost_a, lost_b] = state.lost;
     let failed = |cause: Causes| state.stop.is_for(cause);
     Readings {
-        y: if failed(Causes::POSITION) { state.servo.estimate.y } else { y },
+        y: if failed(Causes::POSITION) { state.servo.motion.position() } else { y },
         chambers: [
             (!lost_a && !failed(Causes::PRESSURE_A)).then(|| read(&state.pressure_a)),
             (!lost_b && !failed(Causes::PRESSURE_B)).then(|| read(&state.pressure_b)),
@@ -284,14 +287,15 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
 
     // What forbids running forbids arming too.
     let silent = state.host_silent >= config.command_time_out_ticks;
+    let contradicts = inputs.faults.model_disagreement && inputs.faults.position_contradicts;
     let causes = Causes::default()
-        .and(Causes::POSITION, position.is_some() || frozen)
+        .and(Causes::POSITION, position.is_some() || frozen || contradicts)
         .and(Causes::PRESSURE_A, state.lost[0])
         .and(Causes::PRESSURE_B, state.lost[1])
         .and(Causes::SUPPLY, supply.is_some() || supply_low)
         .and(Causes::TIMING, overrun || missed || late)
         .and(Causes::HOST, silent)
-        .and(Causes::AT_ONCE, inputs.faults.model_disagreement || inputs.faults.valve_output);
+        .and(Causes::AT_ONCE, (inputs.faults.model_disagreement && !contradicts) || inputs.faults.valve_output);
     let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
     // A valve that does not obey is no better while idle: the air is on.
     let reason = None

@@ -33,6 +33,7 @@ fn inputs() -> impl Strategy<Value = Inputs> {
                 late_tick: f[1],
                 overrun: f[2],
                 model_disagreement: f[3] && f[0],
+                position_contradicts: f[2],
                 valve_output: f[3] && f[1] && f[2],
             },
         },

@@ -138,6 +138,28 @@ fn a_second_cause_ends_the_stop_in_the_tick_in_which_it_is_found_and_the_reason_
 }
 
 #[test]
+fn a_contradiction_leads_to_a_stop_only_where_it_is_the_position_that_contradicts() {
+    for (position_contradicts, ticks) in [(false, 0), (true, TICKS)] {
+        let mut bench = running(&parameters());
+        let outputs = bench.tick(|inputs| {
+            inputs.faults.model_disagreement = true;
+            inputs.faults.position_contradicts = position_contradicts;
+        });
+        assert_eq!(outputs.mode, Mode::Safe(Reason::ModelDisagreement));
+        let mut found = 0;
+        while bench.state.stopping() {
+            found += 1;
+            // Whatever the position reads now.
+            bench.tick(|inputs| inputs.position = AdcCode(if found % 2 == 0 { 0 } else { 50_000 }));
+        }
+        assert_eq!(found, ticks);
+    }
+    // Alone it says nothing.
+    let mut bench = running(&parameters());
+    assert_eq!(bench.tick(|inputs| inputs.faults.position_contradicts = true).mode, Mode::Run);
+}
+
+#[test]
 fn resetting_the_fault_ends_the_stop_and_another_fault_in_safe_begins_none() {
     let mut bench = running(&parameters());
     trip(&mut bench, |inputs| inputs.faults.late_tick = true);

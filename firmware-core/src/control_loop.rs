@@ -119,6 +119,7 @@ pub struct ControlLoop {
     setup: Setup,
     state: ControllerState,
     disagreement: bool,
+    position_contradicts: bool,
     warned: bool,
     previous_u_v: f32,
     seen: Telemetry,
@@ -149,6 +150,7 @@ impl ControlLoop {
             setup,
             state,
             disagreement: false,
+            position_contradicts: false,
             warned: false,
             previous_u_v: 0.0,
             seen: Telemetry::default(),
@@ -262,7 +264,11 @@ impl ControlLoop {
             command,
             host_heard,
             // The monitor's verdict of the tick before.
-            faults: ExternalFaults { model_disagreement: self.disagreement && self.setup.monitor_trips, ..faults },
+            faults: ExternalFaults {
+                model_disagreement: self.disagreement && self.setup.monitor_trips,
+                position_contradicts: self.position_contradicts,
+                ..faults
+            },
         };
         let outputs = control::step(&self.setup.config, &mut self.state, inputs);
         self.seen = outputs.telemetry;
@@ -342,7 +348,7 @@ impl ControlLoop {
         if self.state.consistent() && !self.seen.pressure_lost {
             let verdict = monitor.step(&readings, self.previous_u_v);
             see(&verdict);
-            self.disagreement = verdict.disagreement;
+            (self.disagreement, self.position_contradicts) = (verdict.disagreement, verdict.position);
         } else {
             monitor.restart(u_v);
             self.disagreement = false;

@@ -126,7 +126,8 @@ pub fn encode_tick(inputs: &Inputs) -> [u8; TICK_BYTES] {
         | bit(faults.late_tick, 2)
         | bit(faults.overrun, 3)
         | bit(faults.model_disagreement, 4)
-        | bit(faults.valve_output, 5);
+        | bit(faults.valve_output, 5)
+        | bit(faults.position_contradicts, 6);
     let command = COMMANDS.iter().position(|command| *command == inputs.command).unwrap_or(0) as u8;
     let [r0, r1, r2, r3] = inputs.reference.to_bits().to_le_bytes();
     let code = |code: AdcCode| code.0.to_le_bytes();
@@ -158,6 +159,7 @@ pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
             overrun: bit(3),
             model_disagreement: bit(4),
             valve_output: bit(5),
+            position_contradicts: bit(6),
         },
     })
 }

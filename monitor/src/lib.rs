@@ -20,6 +20,8 @@
 //! | do both together speak of motion that the sensor does not show? | `motion.rs` | slow motion behind a frozen sensor, wrong scale |
 //! | has the reading bent as no piston can, and is motion missing since? | `kink.rs` | a sensor that freezes, lags or changes scale under way |
 //!
+//! Where the answer is no, `isolation.rs` asks whether it is the position that contradicts the rest.
+//!
 //! **What is allowed.** A model is never exact. The threshold is a sum of: the pressure noise; the position noise,
 //! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of the predicted flow or compression,
 //! whichever is larger, over the same horizon; and an uncertainty of the valve's opening (hysteresis, null). So the harder the rig works, the more
@@ -34,6 +36,7 @@
 
 mod chamber;
 mod command_delay;
+mod isolation;
 mod kink;
 mod motion;
 mod parameters;
@@ -43,6 +46,7 @@ pub use parameters::{Key, MonitorParameters};
 
 use chamber::{Balance, Interval, Watch};
 use command_delay::CommandDelay;
+use isolation::Isolation;
 use kink::{Bent, KinkWatch};
 use motion::MissingMotion;
 use plant_model::{Effects, Plant, Real, Rig, Side};
@@ -65,6 +69,9 @@ pub struct Readings {
 pub struct Verdict {
     /// The readings cannot all be true. Feed it to the controller's `faults.model_disagreement`.
     pub disagreement: bool,
+    /// What contradicts the rest is the position: pressures, valve and supply agree. Feed it to the controller's
+    /// `faults.position_contradicts`.
+    pub position: bool,
     /// Measured minus predicted pressure of A and of B, Pa; motion that the position sensor does not show, over a short
     /// and over a long time and since a bend, m.
     pub checks: [Check; 5],
@@ -113,6 +120,7 @@ pub struct Monitor {
     b: Watch,
     missing: MissingMotion,
     kink: KinkWatch,
+    isolation: Isolation,
     strikes: u8,
 }
 
@@ -177,6 +185,7 @@ impl Monitor {
             b: Watch::default(),
             missing: MissingMotion::new(parameters, tick_s),
             kink,
+            isolation: Isolation::new(tick_s),
             strikes: 0,
         })
     }
@@ -196,6 +205,7 @@ impl Monitor {
         (self.a, self.b, self.strikes) = (Watch::default(), Watch::default(), 0);
         self.missing.restart();
         self.kink.restart();
+        self.isolation.restart();
     }
 
     /// Takes the readings of this tick and the voltage written to the valve in the tick before.
@@ -273,6 +283,9 @@ impl Monitor {
         let checks = [check_a, check_b, short, long, kink];
 
         self.strikes = if checks.iter().all(Check::holds) { 0 } else { self.strikes.saturating_add(1) };
-        Verdict { disagreement: self.strikes >= STRIKES, checks }
+        let disagreement = self.strikes >= STRIKES;
+        let missing_m = [-check_a.residual * moved_a.metres_per_pa, check_b.residual * moved_b.metres_per_pa];
+        let position = self.isolation.advance(step_m, missing_m, &kink) && disagreement;
+        Verdict { disagreement, position, checks }
     }
 }

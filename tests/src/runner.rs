@@ -172,6 +172,7 @@ pub fn run_observed(
                     late_tick: late,
                     overrun,
                     model_disagreement: false,
+                    position_contradicts: false,
                     valve_output: false,
                 },
             };

@@ -70,3 +70,27 @@ fn the_air_stays_on_until_the_stop_has_ended_and_then_drops() {
     assert!((trip..end + 2).all(|tick| (supply(tick) - 7.0).abs() < 0.05), "7 bar all along");
     assert!(supply(end + 30) < 1.5, "{} bar", supply(end + 30));
 }
+
+/// What is wrong, how, and whether a stop follows.
+const CONTRADICTIONS: [(&str, &str, bool); 5] = [
+    ("a sensor that lags", "kind = \"slow\", channel = \"position\", time_constant_s = 0.1", true),
+    ("a sensor that is late", "kind = \"delayed\", channel = \"position\", delay_s = 0.05", true),
+    ("a wrong pressure A", "kind = \"scale\", channel = \"pressure-a\", factor = 0.7", false),
+    ("a wrong pressure B", "kind = \"garbage\", channel = \"pressure-b\"", false),
+    ("a jammed valve", "kind = \"jammed-valve\"", false),
+];
+
+#[test]
+fn of_the_contradictions_that_a_wrong_position_makes_comes_a_stop_and_of_others_none() {
+    for at_s in [1.2, 1.25, 1.4, 1.45] {
+        for (what, fault, stops) in CONTRADICTIONS {
+            let (outcome, samples) = run(&scenario(0.1, at_s, fault));
+            let stopped = samples.iter().filter(|sample| sample.stopping).count();
+            let (reason, _) = outcome.tripped.unwrap_or_else(|| panic!("{what} at {at_s} s is not found"));
+            println!("{what} at {at_s} s: {reason}, {stopped} ticks, {:.1} mm", 1e3 * outcome.excursion_m);
+            if reason == Reason::ModelDisagreement {
+                assert_eq!(stopped, if stops { 100 } else { 0 }, "{what} at {at_s} s");
+            }
+        }
+    }
+}

@@ -11,7 +11,9 @@ use crate::quantities::Voltage;
 /// The valve's command and its effective voltage for this tick.
 #[inline]
 pub(crate) fn command(tuning: &Tuning, state: &ServoState, air: &Air) -> [Voltage; 2] {
-    let missing: Acceleration = tuning.chambers.rest_force().saturating_sub(state.estimate.force);
+    // As measured, where it is: the estimate holds what a wrong position has made of it.
+    let [f_a, f_b, _] = state.forces;
+    let missing: Acceleration = tuning.chambers.rest_force().saturating_sub(f_a.saturating_sub(f_b));
     let rate = tuning.equalise.of(missing);
     let theta = angle_for(rate, state.valve.slope(rate >= 0, air), tuning.valve.most_angle(&state.valve));
     tuning.valve.command(&state.valve, theta)

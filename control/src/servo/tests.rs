@@ -555,8 +555,8 @@ fn a_controlled_stop_asks_for_the_rate_that_brings_the_force_to_that_at_rest_and
     let state = ServoState { valve: new_valve(&tuning), ..ServoState::default() };
     let air = tuning.chambers.air(Position::ZERO, [tuning.chambers.rest[0]; 3]);
     for force in [-20.0, -1.0, 0.0, 2.9, 3.0, 3.1, 7.0, 20.0, 200.0] {
-        let estimate = Estimate { force: Acceleration::from_num(force), ..Estimate::default() };
-        let [_, w] = equalise::command(&tuning, &ServoState { estimate, ..state }, &air);
+        let forces = [17.0 + force, 17.0, 34.0].map(Acceleration::from_num);
+        let [_, w] = equalise::command(&tuning, &ServoState { forces, ..state }, &air);
         let rate = 0.15 * 68.10603 * (3.0 - force);
         let slope = value(if rate >= 0.0 { air.slope_fill_a } else { air.slope_fill_b });
         let most = value(tuning.valve.most_angle(&state.valve));
