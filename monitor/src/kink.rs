@@ -13,21 +13,16 @@
 //! disagree. What is asked for is far less than without suspicion.
 
 use crate::Check;
+use crate::history::{History, KEPT, PER_METRE, SPACING_S};
 use crate::parameters::MonitorParameters;
 use plant_model::{Plant, Real};
 
-/// Readings per block.
-const BLOCK: usize = 8;
-/// Readings kept: three blocks.
-const KEPT: usize = 3 * BLOCK;
-/// Time between readings, s.
-const SPACING_S: f32 = 1.0e-3;
+/// Readings per block: three of them are kept.
+const BLOCK: usize = KEPT / 3;
 /// Duration of a block, s.
 const BLOCK_S: f32 = BLOCK as f32 * SPACING_S;
 /// How long a bend makes suspicious, in readings.
 const SUSPICION: u8 = 30;
-/// Readings are summed as whole 2^-20 m, so that sums neither drift nor overflow.
-const PER_METRE: f32 = 1_048_576.0;
 /// Second difference of the block means for a change of velocity by 1 m/s in the middle, s.
 const BEND_S: f32 = 0.75 * BLOCK_S;
 /// Noise of the second difference, as a share of the position's tolerance: six standard deviations of three means of 8.
@@ -47,7 +42,6 @@ const MODEL_SHARE: f32 = 0.3;
 
 /// What one tick tells.
 pub(crate) struct Bent {
-    pub(crate) position_m: f32,
     /// Of the pressures on the piston, towards B.
     pub(crate) force_n: f32,
     /// Motion missing according to both chambers, and how much of it the model's errors may be, m.
@@ -59,11 +53,6 @@ pub(crate) struct Bent {
 /// What is remembered of bends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KinkWatch {
-    spacing_ticks: u16,
-    tick: u16,
-    kept: [i32; KEPT],
-    next: u8,
-    filled: u8,
     sums: [i32; 3],
     force_n: f32,
     seconds2_per_kg: f32,
@@ -77,11 +66,6 @@ pub(crate) struct KinkWatch {
 impl KinkWatch {
     pub(crate) fn new(plant: &Plant<f32>, tick_s: f32) -> Self {
         Self {
-            spacing_ticks: ((SPACING_S / tick_s + 0.5) as u16).max(1),
-            tick: 0,
-            kept: [0; KEPT],
-            next: 0,
-            filled: 0,
             sums: [0; 3],
             force_n: 0.0,
             seconds2_per_kg: BLOCK_S * BLOCK_S / plant.coefficients().mass_kg,
@@ -94,22 +78,26 @@ impl KinkWatch {
     }
 
     pub(crate) fn restart(&mut self) {
-        (self.filled, self.suspicion, self.before_m, self.force_n) = (0, 0, 0.0, 0.0);
+        (self.suspicion, self.before_m, self.force_n) = (0, 0.0, 0.0);
     }
 
-    /// One tick.
-    pub(crate) fn advance(&mut self, plant: &Plant<f32>, parameters: &MonitorParameters, tick: &Bent) -> Check {
+    /// One tick; `forgotten` as the history says.
+    pub(crate) fn advance(
+        &mut self,
+        plant: &Plant<f32>,
+        parameters: &MonitorParameters,
+        tick: &Bent,
+        (history, forgotten): (&History, Option<i32>),
+    ) -> Check {
         let (missing_m, model_m) = tick.missing;
         let since_before_m = missing_m - self.before_m;
         self.before_m += since_before_m * self.take_before;
         self.force_n += (tick.force_n - self.force_n) * self.take_force;
-        self.tick += 1;
-        if self.tick >= self.spacing_ticks {
-            self.tick = 0;
-            self.see(plant, parameters, tick.position_m);
+        if let Some(forgotten) = forgotten {
+            self.see(plant, parameters, history, forgotten);
         }
         if self.suspicion == 0 {
-            return Check { residual: 0.0, threshold: 1.0 };
+            return Check::NOTHING;
         }
         // The sensor slows down, the piston does not: motion is missing in the direction opposite to the bend.
         let against_bend = if self.bend_m_per_s > 0.0 { -since_before_m } else { since_before_m };
@@ -121,26 +109,18 @@ impl KinkWatch {
         }
     }
 
-    fn see(&mut self, plant: &Plant<f32>, parameters: &MonitorParameters, position_m: f32) {
-        let reading = (position_m * PER_METRE) as i32;
-        if self.filled == 0 {
-            self.kept = [reading; KEPT];
-            self.sums = [reading * BLOCK as i32; 3];
-            self.filled = 1;
+    fn see(&mut self, plant: &Plant<f32>, parameters: &MonitorParameters, history: &History, forgotten: i32) {
+        if history.filled() == 1 {
+            self.sums = [history.ago(0) * BLOCK as i32; 3];
+        } else {
+            // The newest enters the first block, each block's oldest passes to the next.
+            let passed = [history.ago(0), history.ago(BLOCK), history.ago(2 * BLOCK), forgotten];
+            for (sum, pair) in self.sums.iter_mut().zip(passed.windows(2)) {
+                if let [enters, leaves] = pair {
+                    *sum += enters - leaves;
+                }
+            }
         }
-        // The newest enters the first block, each block's oldest passes to the next.
-        let mut passed = reading;
-        let next = usize::from(self.next);
-        for (block, sum) in self.sums.iter_mut().enumerate() {
-            let age = (block + 1) * BLOCK;
-            let oldest = self.kept.get((next + KEPT - age) % KEPT).copied().unwrap_or(reading);
-            *sum += passed - oldest;
-            passed = oldest;
-        }
-        if let Some(slot) = self.kept.get_mut(next) {
-            *slot = reading;
-        }
-        self.next = ((next + 1) % KEPT) as u8;
 
         const PER_SUM: f32 = 1.0 / (BLOCK as f32 * PER_METRE);
         let [new, middle, old] = self.sums;

@@ -12,13 +12,14 @@
 //! The monitor integrates this for both chambers from *measured* position, pressures and supply and from the command, and
 //! compares with the measured pressure. The prediction is drawn towards the measurement with a time constant of 50 ms
 //! ([`MonitorParameters::horizon_s`]), so that it looks back over about that time: the difference is what the last 50 ms
-//! cannot explain. Three questions are asked:
+//! cannot explain. Four questions are asked:
 //!
 //! | question | file | finds |
 //! | --- | --- | --- |
 //! | does each chamber's pressure follow? | `chamber.rs` | wrong pressures, lost supply, a jammed valve |
 //! | do both together speak of motion that the sensor does not show? | `motion.rs` | slow motion behind a frozen sensor, wrong scale |
 //! | has the reading bent as no piston can, and is motion missing since? | `kink.rs` | a sensor that freezes, lags or changes scale under way |
+//! | has the reading jumped, and gone on at the same speed? | `jump.rs` | a sensor that is suddenly late |
 //!
 //! Where the answer is no, `isolation.rs` asks whether it is the position that contradicts the rest.
 //!
@@ -36,7 +37,9 @@
 
 mod chamber;
 mod command_delay;
+mod history;
 mod isolation;
+mod jump;
 mod kink;
 mod motion;
 mod parameters;
@@ -46,6 +49,7 @@ pub use parameters::{Key, MonitorParameters};
 
 use chamber::{Balance, Interval, Watch};
 use command_delay::CommandDelay;
+use history::History;
 use isolation::Isolation;
 use kink::{Bent, KinkWatch};
 use motion::MissingMotion;
@@ -73,8 +77,8 @@ pub struct Verdict {
     /// `faults.position_contradicts`.
     pub position: bool,
     /// Measured minus predicted pressure of A and of B, Pa; motion that the position sensor does not show, over a short
-    /// and over a long time and since a bend, m.
-    pub checks: [Check; 5],
+    /// and over a long time and since a bend, m; a gap in the reading's course, m.
+    pub checks: [Check; 6],
 }
 
 /// A difference and how large it may be, in the same unit.
@@ -87,6 +91,9 @@ pub struct Check {
 }
 
 impl Check {
+    /// Where nothing can be said.
+    const NOTHING: Self = Self { residual: 0.0, threshold: 1.0 };
+
     /// Written so that a NaN counts as beyond.
     fn holds(&self) -> bool {
         self.residual.abs() <= self.threshold
@@ -120,6 +127,7 @@ pub struct Monitor {
     b: Watch,
     missing: MissingMotion,
     kink: KinkWatch,
+    history: History,
     isolation: Isolation,
     strikes: u8,
 }
@@ -185,6 +193,7 @@ impl Monitor {
             b: Watch::default(),
             missing: MissingMotion::new(parameters, tick_s),
             kink,
+            history: History::new(tick_s),
             isolation: Isolation::new(tick_s),
             strikes: 0,
         })
@@ -205,6 +214,7 @@ impl Monitor {
         (self.a, self.b, self.strikes) = (Watch::default(), Watch::default(), 0);
         self.missing.restart();
         self.kink.restart();
+        self.history.restart();
         self.isolation.restart();
     }
 
@@ -271,7 +281,6 @@ impl Monitor {
         };
         let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
         let bent = Bent {
-            position_m: readings.position_m,
             force_n: m.area_b_m2 * (mean_a - mean_b) + (m.area_a_m2 - m.area_b_m2) * (mean_a - m.atmosphere_pa)
                 - m.mass_kg * m.gravity_m_per_s2
                 - m.spring_preload_n
@@ -279,13 +288,17 @@ impl Monitor {
             missing: self.missing.since_a_bend(),
             metres_per_pa: 0.5 * (moved_a.metres_per_pa + moved_b.metres_per_pa),
         };
-        let kink = self.kink.advance(&self.plant, &self.parameters, &bent);
-        let checks = [check_a, check_b, short, long, kink];
+        let forgotten = self.history.advance(readings.position_m);
+        let kink = self.kink.advance(&self.plant, &self.parameters, &bent, (&self.history, forgotten));
+        let jump = if forgotten.is_some() { jump::check(&self.history, &self.parameters) } else { Check::NOTHING };
+        let checks = [check_a, check_b, short, long, kink, jump];
 
         self.strikes = if checks.iter().all(Check::holds) { 0 } else { self.strikes.saturating_add(1) };
-        let disagreement = self.strikes >= STRIKES;
+        // A jump stands between two lines in one tick only, and sixteen readings have seen it.
+        let jumped = !jump.holds();
+        let disagreement = jumped || self.strikes >= STRIKES;
         let missing_m = [-check_a.residual * moved_a.metres_per_pa, check_b.residual * moved_b.metres_per_pa];
-        let position = self.isolation.advance(step_m, missing_m, &kink) && disagreement;
+        let position = jumped || (self.isolation.advance(step_m, missing_m, &kink) && disagreement);
         Verdict { disagreement, position, checks }
     }
 }
