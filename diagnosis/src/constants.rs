@@ -356,8 +356,11 @@ constants! {
         converged: f64 = 0.1, "log-likelihood",
             "A step that gains less ends a fit.",
             "a sixtieth of a tie";
+        converged_of_all: f64 = 1.0e-6, "of the cost",
+            "And so does one that gains less than this part of it.",
+            "numerical";
         converged_of_rest: f64 = 1.0e-4, "of the rest",
-            "And so does one that gains less than this part of what the fit leaves beyond noise.",
+            "Between hypotheses that are compared, one that gains less than this part of what the fit leaves beyond noise.",
             "where a model is wrong by far, hypotheses differ by hundredths of that";
         kept_promise: f64 = 0.5, "of the promised gain",
             "After a step that gains less derivatives are computed anew, not corrected by it.",

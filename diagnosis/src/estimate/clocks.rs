@@ -96,7 +96,8 @@ impl Reading<'_> {
         let [Some((_, before)), Some((_, after))] = beside else { return None };
         let (slope, bend) = (0.5 * (after.left - before.left), after.left - 2.0 * best.left + before.left);
         let beyond = if bend > 0.0 { (-slope / bend).clamp(-0.5, 0.5) } else { 0.0 };
-        let left = best.left + beyond * (slope + 0.5 * bend * beyond);
+        // Where neighbours leave far more than noise a parabola may promise less than none.
+        let left = (best.left + beyond * (slope + 0.5 * bend * beyond)).max(best.left.min(0.0));
         Some(Shift { later_s: (f64::from(rows) + beyond) * row_s, left, ..best })
     }
 }

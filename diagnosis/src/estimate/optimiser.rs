@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 enum Derivatives<'a> {
     /// Computed before each step.
     Exact,
-    /// Corrected by most steps.
+    /// Corrected by most steps: for comparing hypotheses. Of a model that is wrong by far the last hundredths do not count.
     Corrected,
     /// Kept for the parameters that another fit has, too; computed before each step for the others.
     Known(&'a Jacobian),
@@ -157,8 +157,12 @@ impl Problem<'_> {
                     let old = std::mem::replace(&mut residuals, new_residuals);
                     (values, cost) = (trial, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    let left_open = if corrects { (cost - noise).max(0.0) } else { 1.0e-2 * cost };
-                    let converged = gained < constants::converged() + constants::converged_of_rest() * left_open;
+                    let little = if corrects {
+                        constants::converged_of_rest() * (cost - noise).max(0.0)
+                    } else {
+                        constants::converged_of_all() * cost
+                    };
+                    let converged = gained < constants::converged() + little;
                     let ends = converged || out_of_reach(cost - goal, [gained_before, gained], left);
                     if ends && state == Slopes::Exact {
                         break 'iterations;
