@@ -112,7 +112,6 @@ impl Problem<'_> {
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         let mut gained_before = f64::INFINITY;
         let mut state = Slopes::Old;
-        let noise = self.noise_cost(self.judgeable);
         let corrects = matches!(derivatives, Derivatives::Corrected);
         let mut left = iterations;
         'iterations: while !hypothesis.parameters.is_empty() {
@@ -158,7 +157,7 @@ impl Problem<'_> {
                     (values, cost) = (trial, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
                     let little = if corrects {
-                        constants::converged_of_rest() * (cost - noise).max(0.0)
+                        constants::converged_of_rest() * (cost - self.noise_cost(self.judgeable)).max(0.0)
                     } else {
                         constants::converged_of_all() * cost
                     };
