@@ -107,6 +107,26 @@ fn exponential(x: f64) -> f64 {
     series * f64::from_bits(exponent)
 }
 
+/// The cube root, within 2e-14 of its size.
+///
+/// Called in every evaluation of a flow behind a hose, where `libm::cbrt` took an eighth of the time of a diagnosis: it rounds
+/// correctly, with fused multiplications that most processors are not told to have. Plain arithmetic: the same bits on every platform.
+#[inline]
+fn cube_root(x: f64) -> f64 {
+    // A third of the exponent, as in the C library of FreeBSD: within 3.4 %.
+    const BIAS: u64 = 715_094_163 << 32;
+    if !(f64::MIN_POSITIVE..=f64::MAX).contains(&x) {
+        return libm::cbrt(x);
+    }
+    let mut root = f64::from_bits(x.to_bits() / 3 + BIAS);
+    // Each of Halley's steps leaves two thirds of the relative error's cube.
+    for _ in 0..2 {
+        let cube = root * root * root;
+        root *= (x + x + cube) / (x + cube + cube);
+    }
+    root
+}
+
 macro_rules! impl_real {
     ($scalar:ident, $exp:path, $atan:path, $sin:path, $cos:path, $sqrt:path, $cbrt:path) => {
         impl Real for $scalar {
@@ -158,7 +178,7 @@ macro_rules! impl_real {
     };
 }
 
-impl_real!(f64, exponential, libm::atan, libm::sin, libm::cos, libm::sqrt, libm::cbrt);
+impl_real!(f64, exponential, libm::atan, libm::sin, libm::cos, libm::sqrt, cube_root);
 #[cfg(not(feature = "micromath"))]
 impl_real!(f32, libm::expf, libm::atanf, libm::sinf, libm::cosf, libm::sqrtf, libm::cbrtf);
 // libm's sine computes in `f64`, which the Cortex-M4F has no instructions for.

@@ -38,6 +38,22 @@ pub(super) fn signed_opening(plant: &Plant<f64>, spool_v: f64) -> f64 {
     if opening.fills_a { opening.magnitude } else { -opening.magnitude }
 }
 
+/// After so many time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
+const SPOOL_MEMORY: f64 = 37.0;
+
+/// Samples that are wanted, and those up to a time before one of them.
+fn followed(t_s: &[f64], wanted: &[bool], before_s: f64) -> Vec<bool> {
+    let mut out = wanted.to_vec();
+    let mut next_s = f64::INFINITY;
+    for k in (0..out.len()).rev() {
+        if wanted[k] {
+            next_s = t_s[k];
+        }
+        out[k] = next_s - t_s[k] <= before_s;
+    }
+    out
+}
+
 /// Signed opening `atan(2 w)` in rad, averaged over the interval after each sample; positive fills A.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
     openings_in(record, plant, None)
@@ -58,8 +74,18 @@ pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option
     let mut source = 0;
     let mut last = (f64::NAN, 0.0);
     let mut decay = Decay::of(lag.time_constant_s);
+    let followed = followed(t, &wanted, SPOOL_MEMORY * lag.time_constant_s);
     for k in 0..u.len() {
         let (from, to) = (t[k], t[k] + record.interval_s(k));
+        if !followed[k] {
+            while source + 1 < u.len() && t[source + 1] + delay_s <= to - 1.0e-9 {
+                source += 1;
+                played = hysteresis.play(played, u[source]);
+            }
+            spool = clamp(played);
+            out.push(f64::NAN);
+            continue;
+        }
         let mut at = from;
         let mut sum = 0.0;
         loop {
@@ -70,9 +96,10 @@ pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option
             let duration = (until - at).max(0.0);
             played = hysteresis.play(played, u[source]);
             let target = clamp(played);
-            // A spool that travels passes the bends of dead zone and curve on its way: the mean opening is not that at its mean place.
+            // A spool that travels passes the bends of dead zone and curve on its way: the mean opening is not that at its mean
+            // place. Where nobody wants it, one part leads to the same end.
             let travels = decay.is_some() && (target - spool).abs() > constants::spool_travel() * c.max_voltage_v;
-            let parts = if travels { constants::spool_parts() } else { 1 };
+            let parts = if travels && wanted[k] { constants::spool_parts() } else { 1 };
             let part = duration / parts as f64;
             let rest = decay.as_mut().map(|decay| decay.after(part));
             for _ in 0..parts {
@@ -96,4 +123,44 @@ pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option
         out.push(if wanted[k] { sum / (to - from).max(1.0e-9) } else { f64::NAN });
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::prepare::prepare;
+    use plant_model::{Effect, Effects};
+    use rig_files::{Log, RigFile};
+
+    #[test]
+    fn openings_of_some_stretches_are_those_of_the_whole_log_whatever_the_valve_remembers() {
+        let file = RigFile::paper_b();
+        let t_s: Vec<f64> = (0..3000).map(|k| 1.0e-3 * f64::from(k)).collect();
+        let u_v = t_s.iter().map(|t| 0.3 + 0.7 * (1.5 * t).sin() + 0.4 * (31.0 * t).sin()).collect();
+        let silent = Some(vec![2.0e5; t_s.len()]);
+        let log = Log {
+            y_m: vec![0.0; t_s.len()],
+            p_a_pa: silent.clone(),
+            p_b_pa: silent,
+            u_v: Some(u_v),
+            t_s,
+            ..Log::default()
+        };
+        let record = prepare(&log, &file);
+        let stretches =
+            [(700, 900), (1500, 1502), (2800, 3000)].map(|(start, end)| Stretch { start, end, held_back: false });
+        for (lag_s, play_v, delay_s) in [(0.0, 0.0, 0.0), (0.002, 0.0, 0.0), (0.0, 0.2, 0.0), (0.05, 0.05, 0.0026)] {
+            let effects = Effects::none()
+                .with(Effect::ValveLag, &[lag_s])
+                .with(Effect::ValveHysteresis, &[play_v])
+                .with(Effect::LineDelay, &[delay_s]);
+            let plant = Plant::new(&file.rig, &effects).unwrap();
+            let all = openings(&record, &plant);
+            let some = openings_in(&record, &plant, Some(&stretches));
+            for (k, (one, other)) in all.iter().zip(&some).enumerate() {
+                let wanted = stretches.iter().any(|stretch| stretch.range().contains(&k));
+                assert!(if wanted { (one - other).abs() < 1.0e-12 } else { other.is_nan() }, "{k}: {one} {other}");
+            }
+        }
+    }
 }

@@ -82,6 +82,7 @@ pub fn psi<R: Real>(ratio: R, critical: R) -> (R, R) {
 }
 
 /// `d ln psi / d b` at a ratio of pressures.
+#[inline]
 fn log_psi_by_critical<R: Real>(ratio: R, critical: R) -> R {
     if ratio <= critical {
         return R::ZERO;
@@ -96,13 +97,12 @@ fn log_psi_by_critical<R: Real>(ratio: R, critical: R) -> R {
 /// Flow through one orifice from `up` to `down` by ISO 6358, positive that way, with derivatives by both.
 #[inline]
 fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
-    if down > up {
-        let (q, by_down, by_up) = iso_flow(conductance, critical, down, up);
-        return (-q, -by_up, -by_down);
-    }
-    let ratio = down / up;
+    let backward = down > up;
+    let (from, to) = if backward { (down, up) } else { (up, down) };
+    let ratio = to / from;
     let (value, slope) = psi(ratio, critical);
-    (conductance * up * value, conductance * (value - slope * ratio), conductance * slope)
+    let (q, by_from, by_to) = (conductance * from * value, conductance * (value - slope * ratio), conductance * slope);
+    if backward { (-q, -by_to, -by_from) } else { (q, by_from, by_to) }
 }
 
 impl<R: Real> Iso6358<R> {

@@ -35,6 +35,7 @@ impl<R: Real> Terms<R> {
 
     /// Mean over an interval of `duration_s` with a constant target, and position at its end, in V. `rest` is
     /// `exp(-duration / time constant)`, which the caller takes from the exponential of its platform.
+    #[inline]
     #[must_use]
     pub fn over(&self, spool_v: R, target_v: R, duration_s: R, rest: R) -> (R, R) {
         let share = if duration_s > R::ZERO { self.time_constant_s / duration_s * (R::ONE - rest) } else { R::ONE };

@@ -107,6 +107,19 @@ fn libm_is_exact_to_single_precision_where_micromath_is_off_by_up_to_percents() 
 }
 
 #[test]
+fn the_own_cube_root_is_exact_to_2e_14() {
+    for k in -3000..3000 {
+        let x = 1.07_f64.powi(k) * (1.0 + 1.0e-4 * f64::from(k));
+        let exact = libm::cbrt(x);
+        assert!((Real::cbrt(x) / exact - 1.0).abs() < 2.0e-14, "{x}: {} instead of {exact}", Real::cbrt(x));
+    }
+    for x in [0.0, -8.0, f64::INFINITY, 1.0e-310] {
+        assert_eq!(Real::cbrt(x), libm::cbrt(x));
+    }
+    assert!(Real::cbrt(f64::NAN).is_nan());
+}
+
+#[test]
 fn the_own_exponential_is_exact_to_2_units_in_the_last_place() {
     let mut worst = 0.0f64;
     for k in 0..=1_000_000 {
