@@ -3,25 +3,32 @@
 
 use crate::data::channel::{Channel, Channels};
 use core::sync::atomic::{AtomicUsize, Ordering};
+use plant_model::{Plant, Side};
 
-/// Samples of balances evaluated, in those of a chamber.
+/// Samples of balances evaluated, in those of a chamber whose valve is at the cylinder.
 #[derive(Debug, Default)]
 pub(crate) struct Effort {
-    samples: AtomicUsize,
+    halves: AtomicUsize,
 }
 
 impl Effort {
-    /// The balances of some channels have run over so many samples each. A force balance takes the time of three chambers, a
-    /// chamber whose air has a temperature of its own (`is_warm`) that of two and a half, a supply next to none.
-    pub(crate) fn add(&self, samples: usize, channels: Channels, is_warm: bool) {
-        let chambers = (channels & (Channel::PressureA.bit() | Channel::PressureB.bit())).count_ones() as usize;
-        let halves =
-            chambers * if is_warm { 5 } else { 2 } + if channels & Channel::Position.bit() == 0 { 0 } else { 6 };
-        self.samples.fetch_add(samples * halves / 2, Ordering::Relaxed);
+    /// The balances of some channels of a plant have run over so many samples each. A force balance takes the time of three chambers,
+    /// a chamber behind a hose that of two, one whose air has a temperature of its own one and a half more, a supply next to none.
+    pub(crate) fn add(&self, samples: usize, channels: Channels, plant: &Plant<f64>) {
+        let air = [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)];
+        let chamber = |side: Side| {
+            let hose = if plant.orifices(side).hose.is_some() { 2 } else { 0 };
+            let warmth = if plant.added().wall_heat.law.is_some() { 3 } else { 0 };
+            2 + hose + warmth
+        };
+        let wanted = |channel: Channel| channels & channel.bit() != 0;
+        let air: usize = air.into_iter().filter(|(channel, _)| wanted(*channel)).map(|(_, side)| chamber(side)).sum();
+        let halves = air + if wanted(Channel::Position) { 6 } else { 0 };
+        self.halves.fetch_add(samples * halves, Ordering::Relaxed);
     }
 
     /// Millions of samples so far. To be asked only where no evaluation is under way.
     pub(crate) fn millions(&self) -> f64 {
-        self.samples.load(Ordering::Relaxed) as f64 * 1.0e-6
+        self.halves.load(Ordering::Relaxed) as f64 * 0.5e-6
     }
 }

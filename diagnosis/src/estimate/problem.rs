@@ -129,7 +129,7 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
-        self.effort.add(samples(&self.stretches), wanted, plant.added().wall_heat.law.is_some());
+        self.effort.add(samples(&self.stretches), wanted, &plant);
         let innovations =
             observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
         Some(average_neighbours(&innovations, self.record.averaged()))

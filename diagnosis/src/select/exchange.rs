@@ -3,7 +3,7 @@
 use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
-use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
+use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost, stays_open};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -81,7 +81,9 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
         for place in order {
             let Some(without) = without[place].clone() else { continue };
             // Where too much is spent only the image of a cause is looked at; other ties that its file does not state stay untold.
-            let found = if exhausted(problem, &best) {
+            let found = if given_up(problem, &best) {
+                Alternatives { without, instead: Vec::new(), searched: false }
+            } else if exhausted(problem, &best) {
                 let instead = fit_image(problem, &best, effects[place]).into_iter().collect();
                 Alternatives { without, instead, searched: false }
             } else {
@@ -98,6 +100,11 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
             None => return (best, all),
         }
     }
+}
+
+/// Whether so much is spent that no more exchanges are tried, and a balance stays open: then no further cause will be named.
+pub(super) fn given_up(problem: &Problem<'_>, best: &Fit) -> bool {
+    exhausted(problem, best) && stays_open(problem, best)
 }
 
 /// Whether so much is spent that no more exchanges are tried: less where names are out of reach.

@@ -2,17 +2,21 @@
 //! need.
 
 use super::backward::refit_without;
-use super::exchange::Alternatives;
+use super::exchange::{Alternatives, given_up};
 use super::penalty::{negligible, required_gain, uncertain};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 
-/// Removes causes within four standard errors of neutral: they only fit noise. Adds standard errors to what is left.
+/// Removes causes within four standard errors of neutral: they only fit noise. Adds standard errors to what is left. Where names are
+/// given up nothing is fitted to the end for them.
 pub(crate) fn drop_uncertain(
     problem: &Problem<'_>,
     mut best: Fit,
     mut alternatives: Vec<Option<Alternatives>>,
 ) -> (Fit, Vec<Option<Alternatives>>) {
+    if given_up(problem, &best) {
+        return (problem.with_errors(best), alternatives);
+    }
     loop {
         best = problem.with_errors(problem.down_its_valleys(best));
         let place = best.hypothesis.effects.iter().position(|effect| uncertain(&best, *effect));

@@ -1,6 +1,6 @@
 //! Which causes are named and which are leads, and the verdict.
 
-use super::closure::{closed_cost, judged, like_noise, misfit_of};
+use super::closure::{judged, like_noise, misfit_of};
 use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
 use crate::constants;
@@ -8,6 +8,7 @@ use crate::data::channel::Channels;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::outcome::{Balance, Cause};
+use crate::select::penalty::closed_cost;
 use crate::select::search::Found;
 use plant_model::Effect;
 use rig_files::Verdict;
@@ -64,31 +65,25 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     // While a balance is open, a cause for which no alternatives were tried is no more than a guess.
     let guess = |effect: &Effect| open != 0 && found.unrivalled.contains(effect);
     let closed = |effect: &Effect| effects::channels(*effect) & open == 0 && !guess(effect);
-    // Only where a name is in reach, or whether there is a gap is still to be told: the search for such terms takes its time.
-    let in_reach = confirmed && found.best.hypothesis.effects.iter().any(closed);
     let told = open != 0 || !few || trifles || !most;
-    let superseded = if in_reach || !told { superseded(problem, found) } else { Vec::new() };
-    let mut causes = Vec::new();
-    let mut leads = Vec::new();
-    for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
+    let stands = |place: usize, cause: &Cause, effect: &Effect| {
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
-        let stands = open == 0 || cause.share >= constants::least_share_beside_a_gap();
+        let large = open == 0 || cause.share >= constants::least_share_beside_a_gap();
         let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
         let confirmed =
-            confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, &cause, effect);
-        if closed(effect) && confirmed && stands && !trifle && !superseded.contains(effect) {
-            causes.push(cause);
-        } else {
-            leads.push(cause);
-        }
+            confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, cause, effect);
+        closed(effect) && confirmed && large && !trifle
+    };
+    let (mut causes, mut leads) = (Vec::new(), Vec::new());
+    for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
+        if stands(place, &cause, effect) { causes.push(cause) } else { leads.push(cause) }
     }
-    // A cause that shares a balance with a lead may only compensate for that lead's error.
-    loop {
-        let doubtful = acted_on(leads.iter().filter(|c| c.share >= constants::trifle()));
-        let shares = |c: &Cause| Effect::from_id(&c.id).is_some_and(|e| effects::channels(e) & doubtful != 0);
-        let Some(place) = causes.iter().position(shares) else { break };
-        leads.push(causes.remove(place));
-    }
+    doubt_beside_leads(&mut causes, &mut leads);
+    // Only where a name is in reach, or whether there is a gap is still to be told: the search for such terms takes its time.
+    let superseded = if !causes.is_empty() || !told { superseded(problem, found) } else { Vec::new() };
+    let outdone = |cause: &Cause| superseded.iter().any(|effect| effect.id() == cause.id);
+    leads.extend(causes.extract_if(.., |cause| outdone(cause)));
+    doubt_beside_leads(&mut causes, &mut leads);
     let by_share = |a: &Cause, b: &Cause| b.share.total_cmp(&a.share);
     causes.sort_by(by_share);
     leads.sort_by(by_share);
@@ -99,6 +94,16 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let gap = told || !superseded.is_empty() || unclosed;
     let quiet = !held && balances.iter().all(|b| b.nominal_misfit < constants::like_noise());
     Judgement { causes, leads, open, gap, quiet }
+}
+
+/// A cause that shares a balance with a lead may only compensate for that lead's error: it becomes one.
+fn doubt_beside_leads(causes: &mut Vec<Cause>, leads: &mut Vec<Cause>) {
+    loop {
+        let doubtful = acted_on(leads.iter().filter(|c| c.share >= constants::trifle()));
+        let shares = |c: &Cause| Effect::from_id(&c.id).is_some_and(|e| effects::channels(e) & doubtful != 0);
+        let Some(place) = causes.iter().position(shares) else { break };
+        leads.push(causes.remove(place));
+    }
 }
 
 /// The channels that some causes act on.
