@@ -54,18 +54,10 @@ pub struct ExternalFaults {
     pub overrun: bool,
     /// The on-board model cannot explain the readings; already debounced by the monitor.
     pub model_disagreement: bool,
-    /// Of that disagreement: which sensor contradicts the rest, where that is known.
+    /// Of a disagreement: which sensor contradicts the rest, where that is known.
     pub contradicts: Option<Contradicts>,
     /// The valve output is not what was written; already debounced by the shell.
     pub valve_output: bool,
-}
-
-impl ExternalFaults {
-    /// The sensor that a disagreement of this tick names.
-    #[inline]
-    fn named(&self) -> Option<Contradicts> {
-        self.contradicts.filter(|_| self.model_disagreement)
-    }
 }
 
 /// What the controller hands out each tick.
@@ -207,14 +199,16 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
         match &config.servo {
             Some(servo) if state.stopping() => {
                 let mut readings = readings(config, state, position);
-                let [p_a, p_b] = &mut readings.chambers;
-                let told = match inputs.faults.named() {
-                    Some(Contradicts::PressureA(told)) => Some(p_a.insert(told)),
-                    Some(Contradicts::PressureB(told)) => Some(p_b.insert(told)),
-                    _ => None,
-                };
-                if told.is_some() {
-                    servo.believe(&mut state.servo, &readings);
+                if inputs.faults.model_disagreement {
+                    let [p_a, p_b] = &mut readings.chambers;
+                    let told = match inputs.faults.contradicts {
+                        Some(Contradicts::PressureA(told)) => Some(p_a.insert(told)),
+                        Some(Contradicts::PressureB(told)) => Some(p_b.insert(told)),
+                        Some(Contradicts::Position) | None => None,
+                    };
+                    if told.is_some() {
+                        servo.believe(&mut state.servo, &readings);
+                    }
                 }
                 let [u, w] = servo.step(&mut state.servo, Stage::Stop, position, &readings);
                 (position, w, u)
@@ -315,18 +309,16 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
 
     // What forbids running forbids arming too.
     let silent = state.host_silent >= config.command_time_out_ticks;
-    let (disagreement, contradicts) = (inputs.faults.model_disagreement, inputs.faults.named());
-    let position_contradicts = matches!(contradicts, Some(Contradicts::Position));
-    let a_contradicts = matches!(contradicts, Some(Contradicts::PressureA(_)));
-    let b_contradicts = matches!(contradicts, Some(Contradicts::PressureB(_)));
-    let causes = Causes::default()
-        .and(Causes::POSITION, position.is_some() || frozen || position_contradicts)
-        .and(Causes::PRESSURE_A, state.lost[0] || a_contradicts)
-        .and(Causes::PRESSURE_B, state.lost[1] || b_contradicts)
+    let disagreement = inputs.faults.model_disagreement;
+    let contradicts = if disagreement { named(&inputs.faults) } else { Causes::default() };
+    let causes = contradicts
+        .and(Causes::POSITION, position.is_some() || frozen)
+        .and(Causes::PRESSURE_A, state.lost[0])
+        .and(Causes::PRESSURE_B, state.lost[1])
         .and(Causes::SUPPLY, supply.is_some() || supply_low)
         .and(Causes::TIMING, overrun || missed || late)
         .and(Causes::HOST, silent)
-        .and(Causes::AT_ONCE, (disagreement && contradicts.is_none()) || inputs.faults.valve_output);
+        .and(Causes::AT_ONCE, inputs.faults.valve_output);
     let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
     // A valve that does not obey is no better while idle: the air is on.
     let reason = None
@@ -343,6 +335,18 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
         .or((running && disagreement).then_some(Reason::ModelDisagreement))
         .or((state.mode == Mode::Run && silent).then_some(Reason::CommandTimeOut));
     Faults { reason, causes }
+}
+
+/// What a disagreement of this tick names.
+#[cold]
+#[inline(never)]
+fn named(faults: &ExternalFaults) -> Causes {
+    match faults.contradicts {
+        None => Causes::AT_ONCE,
+        Some(Contradicts::Position) => Causes::POSITION,
+        Some(Contradicts::PressureA(_)) => Causes::PRESSURE_A,
+        Some(Contradicts::PressureB(_)) => Causes::PRESSURE_B,
+    }
 }
 
 fn reason(fault: Fault, channel: Channel) -> Reason {
