@@ -34,7 +34,7 @@ const FROZEN_S: f32 = 0.015;
 /// 244 jammed valves, and by 3.0 and more for pressures that go wrong without a step, all but one by 4.1.
 const QUIET: f32 = 3.0;
 /// Part of what the model's errors may make of the other balance that the wrong opening or motion must go beyond there, the noise
-/// besides: a rig file that is wrong by half of what is allowed, a tenth by default, hides no jammed valve.
+/// besides: so a rig file that is wrong by half of what is allowed, a tenth by default, hides next to no jammed valve (1 of 336).
 const HIDDEN: f32 = 0.5;
 
 /// Watches the reading's course.
