@@ -65,4 +65,4 @@ pub use parameters::{Key, LawChoice, Parameters, acceleration_range};
 pub use quantities::{Position, Pressure, Velocity, Voltage};
 pub use servo::learned::{Learned, MEASURED_AGAINST, QUANTITIES, Quantities, Quantity};
 pub use servo::{OPENING_KNOTS, OPENING_STEP_V};
-pub use tick::{ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, learn, step};
+pub use tick::{Contradicts, ControllerState, ExternalFaults, Inputs, Outputs, Telemetry, learn, step};

@@ -9,8 +9,8 @@
 //! | --- | --- |
 //! | one sensor: range, rate, stuck | goes on without it |
 //! | supply pressure low, timing, silent host | goes on |
-//! | readings that contradict each other, where the monitor says that it is the position | goes on without it |
-//! | any other contradiction (no sensor is named), a valve output that is not what was written | at once |
+//! | readings that contradict each other, where the monitor names the sensor | goes on without it |
+//! | any other contradiction, a valve output that is not what was written | at once |
 //! | a second of these at the trip, or in the stop | at once |
 //!
 //! It begins under the positioning law alone, and not while hold keeps the valve silent: the piston rests then, and the force may

@@ -32,6 +32,17 @@ pub struct Inputs {
     pub faults: ExternalFaults,
 }
 
+/// A sensor that contradicts the rest, and what a pressure should read instead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contradicts {
+    /// The position.
+    Position,
+    /// The pressure of chamber A.
+    PressureA(Pressure),
+    /// The pressure of chamber B.
+    PressureB(Pressure),
+}
+
 /// Faults that only the shell can see, each for this tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExternalFaults {
@@ -43,8 +54,8 @@ pub struct ExternalFaults {
     pub overrun: bool,
     /// The on-board model cannot explain the readings; already debounced by the monitor.
     pub model_disagreement: bool,
-    /// Of that disagreement: it is the position that contradicts the rest.
-    pub position_contradicts: bool,
+    /// Of a disagreement: which sensor contradicts the rest, where that is known.
+    pub contradicts: Option<Contradicts>,
     /// The valve output is not what was written; already debounced by the shell.
     pub valve_output: bool,
 }
@@ -187,7 +198,18 @@ pub fn step(config: &Config, state: &mut ControllerState, inputs: Inputs) -> Out
     } else {
         match &config.servo {
             Some(servo) if state.stopping() => {
-                let readings = readings(config, state, position);
+                let mut readings = readings(config, state, position);
+                if inputs.faults.model_disagreement {
+                    let [p_a, p_b] = &mut readings.chambers;
+                    let told = match inputs.faults.contradicts {
+                        Some(Contradicts::PressureA(told)) => Some(p_a.insert(told)),
+                        Some(Contradicts::PressureB(told)) => Some(p_b.insert(told)),
+                        Some(Contradicts::Position) | None => None,
+                    };
+                    if told.is_some() {
+                        servo.believe(&mut state.servo, &readings);
+                    }
+                }
                 let [u, w] = servo.step(&mut state.servo, Stage::Stop, position, &readings);
                 (position, w, u)
             }
@@ -287,15 +309,16 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
 
     // What forbids running forbids arming too.
     let silent = state.host_silent >= config.command_time_out_ticks;
-    let contradicts = inputs.faults.model_disagreement && inputs.faults.position_contradicts;
-    let causes = Causes::default()
-        .and(Causes::POSITION, position.is_some() || frozen || contradicts)
+    let disagreement = inputs.faults.model_disagreement;
+    let contradicts = if disagreement { named(&inputs.faults) } else { Causes::default() };
+    let causes = contradicts
+        .and(Causes::POSITION, position.is_some() || frozen)
         .and(Causes::PRESSURE_A, state.lost[0])
         .and(Causes::PRESSURE_B, state.lost[1])
         .and(Causes::SUPPLY, supply.is_some() || supply_low)
         .and(Causes::TIMING, overrun || missed || late)
         .and(Causes::HOST, silent)
-        .and(Causes::AT_ONCE, (inputs.faults.model_disagreement && !contradicts) || inputs.faults.valve_output);
+        .and(Causes::AT_ONCE, inputs.faults.valve_output);
     let running = state.mode == Mode::Run || (state.mode == Mode::Idle && inputs.command == Some(OperatorCommand::Arm));
     // A valve that does not obey is no better while idle: the air is on.
     let reason = None
@@ -309,9 +332,21 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
         .or((running && overrun).then_some(Reason::Overrun))
         .or((running && missed).then_some(Reason::MissedTick))
         .or((running && late).then_some(Reason::LateTick))
-        .or((running && inputs.faults.model_disagreement).then_some(Reason::ModelDisagreement))
+        .or((running && disagreement).then_some(Reason::ModelDisagreement))
         .or((state.mode == Mode::Run && silent).then_some(Reason::CommandTimeOut));
     Faults { reason, causes }
+}
+
+/// What a disagreement of this tick names.
+#[cold]
+#[inline(never)]
+fn named(faults: &ExternalFaults) -> Causes {
+    match faults.contradicts {
+        None => Causes::AT_ONCE,
+        Some(Contradicts::Position) => Causes::POSITION,
+        Some(Contradicts::PressureA(_)) => Causes::PRESSURE_A,
+        Some(Contradicts::PressureB(_)) => Causes::PRESSURE_B,
+    }
 }
 
 fn reason(fault: Fault, channel: Channel) -> Reason {

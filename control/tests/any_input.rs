@@ -2,8 +2,8 @@
 //! nothing but run and a controlled stop that follows it moves the valve. The same target is fuzzed in `fuzz/`.
 
 use control::{
-    AdcCode, Config, ControllerState, End, ExternalFaults, Inputs, Key, LawChoice, Mode, OperatorCommand, Parameters,
-    Position, learn, step,
+    AdcCode, Config, Contradicts, ControllerState, End, ExternalFaults, Inputs, Key, LawChoice, Mode, OperatorCommand,
+    Parameters, Position, Pressure, learn, step,
 };
 use proptest::prelude::*;
 
@@ -33,7 +33,12 @@ fn inputs() -> impl Strategy<Value = Inputs> {
                 late_tick: f[1],
                 overrun: f[2],
                 model_disagreement: f[3] && f[0],
-                position_contradicts: f[2],
+                contradicts: [
+                    None,
+                    Some(Contradicts::Position),
+                    Some(Contradicts::PressureA(Pressure::from_bits(reference))),
+                    Some(Contradicts::PressureB(Pressure::from_bits(reference))),
+                ][usize::from(f[1]) + 2 * usize::from(f[2])],
                 valve_output: f[3] && f[1] && f[2],
             },
         },

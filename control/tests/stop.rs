@@ -2,7 +2,9 @@
 
 mod bench;
 use bench::Bench;
-use control::{AdcCode, ControllerState, Inputs, LawChoice, Mode, OperatorCommand, Parameters, Reason};
+use control::{
+    AdcCode, Contradicts, ControllerState, Inputs, LawChoice, Mode, OperatorCommand, Parameters, Pressure, Reason,
+};
 
 /// Ticks of the stop at the default of 0.1 s and 1 kHz.
 const TICKS: usize = 100;
@@ -138,12 +140,12 @@ fn a_second_cause_ends_the_stop_in_the_tick_in_which_it_is_found_and_the_reason_
 }
 
 #[test]
-fn a_contradiction_leads_to_a_stop_only_where_it_is_the_position_that_contradicts() {
-    for (position_contradicts, ticks) in [(false, 0), (true, TICKS)] {
+fn a_contradiction_leads_to_a_stop_only_where_a_sensor_is_named() {
+    for (contradicts, ticks) in [(None, 0), (Some(Contradicts::Position), TICKS)] {
         let mut bench = running(&parameters());
         let outputs = bench.tick(|inputs| {
             inputs.faults.model_disagreement = true;
-            inputs.faults.position_contradicts = position_contradicts;
+            inputs.faults.contradicts = contradicts;
         });
         assert_eq!(outputs.mode, Mode::Safe(Reason::ModelDisagreement));
         let mut found = 0;
@@ -156,7 +158,48 @@ fn a_contradiction_leads_to_a_stop_only_where_it_is_the_position_that_contradict
     }
     // Alone it says nothing.
     let mut bench = running(&parameters());
-    assert_eq!(bench.tick(|inputs| inputs.faults.position_contradicts = true).mode, Mode::Run);
+    for contradicts in [Contradicts::Position, Contradicts::PressureA(Pressure::from_num(3e5))] {
+        assert_eq!(bench.tick(|inputs| inputs.faults.contradicts = Some(contradicts)).mode, Mode::Run);
+    }
+}
+
+#[test]
+fn a_pressure_that_contradicts_is_what_the_monitor_says_in_the_tick_of_the_trip_and_from_the_model_then() {
+    // Both chambers as at the beginning of the run; one reads 1.5 bar more for five ticks.
+    let codes = |b: bool, told_pa: f64, later: u16| {
+        let mut bench = running(&parameters());
+        fn reading(inputs: &mut Inputs, b: bool) -> &mut AdcCode {
+            if b { &mut inputs.pressure_b } else { &mut inputs.pressure_a }
+        }
+        let right = reading(&mut bench.inputs, b).0;
+        for _ in 0..5 {
+            bench.tick(|inputs| *reading(inputs, b) = AdcCode(right + 9_830));
+        }
+        let told = Pressure::from_num(told_pa);
+        let outputs = bench.tick(|inputs| {
+            *reading(inputs, b) = AdcCode(right + 9_830);
+            inputs.faults.model_disagreement = true;
+            inputs.faults.contradicts =
+                Some(if b { Contradicts::PressureB(told) } else { Contradicts::PressureA(told) });
+        });
+        assert_eq!(outputs.mode, Mode::Safe(Reason::ModelDisagreement));
+        let mut codes = vec![outputs.dac];
+        while bench.state.stopping() {
+            codes.push(bench.tick(|inputs| *reading(inputs, b) = AdcCode(later)).dac);
+        }
+        assert_eq!(codes.len(), TICKS + 1);
+        (codes, bench.config.safe_code())
+    };
+    for (b, right_pa) in [(false, 4.58e5), (true, 3.62e5)] {
+        let (as_before, safe) = codes(b, right_pa, 30_000);
+        assert!(as_before[..10].iter().all(|code| *code < safe), "A has more force, and it is let out: {as_before:?}");
+        // What the sensor reads then counts for nothing.
+        assert_eq!(as_before, codes(b, right_pa, 20_000).0);
+        // But what the monitor says does: more force from the other side, and the valve opens the other way.
+        let opposite_pa = if b { right_pa + 3e5 } else { right_pa - 3e5 };
+        let (other_way, _) = codes(b, opposite_pa, 30_000);
+        assert!(other_way[..10].iter().all(|code| *code > safe), "{other_way:?}");
+    }
 }
 
 #[test]

@@ -8,8 +8,8 @@
 use board_link::LearnedValues;
 use control::program::Program;
 use control::{
-    AdcCode, Config, ConfigError, ControllerState, ExternalFaults, Inputs, Learned, Mode, OperatorCommand, Parameters,
-    Position, Pressure, Reason, Telemetry, Voltage,
+    AdcCode, Config, ConfigError, Contradicts, ControllerState, ExternalFaults, Inputs, Learned, Mode, OperatorCommand,
+    Parameters, Position, Pressure, Reason, Telemetry, Voltage,
 };
 use monitor::{Monitor, MonitorError, MonitorParameters, Readings, Verdict};
 use plant_model::Plant;
@@ -119,7 +119,7 @@ pub struct ControlLoop {
     setup: Setup,
     state: ControllerState,
     disagreement: bool,
-    position_contradicts: bool,
+    contradicts: Option<Contradicts>,
     warned: bool,
     previous_u_v: f32,
     seen: Telemetry,
@@ -150,7 +150,7 @@ impl ControlLoop {
             setup,
             state,
             disagreement: false,
-            position_contradicts: false,
+            contradicts: None,
             warned: false,
             previous_u_v: 0.0,
             seen: Telemetry::default(),
@@ -266,7 +266,7 @@ impl ControlLoop {
             // The monitor's verdict of the tick before.
             faults: ExternalFaults {
                 model_disagreement: self.disagreement && self.setup.monitor_trips,
-                position_contradicts: self.position_contradicts,
+                contradicts: self.contradicts,
                 ..faults
             },
         };
@@ -348,7 +348,7 @@ impl ControlLoop {
         if self.state.consistent() && !self.seen.pressure_lost {
             let verdict = monitor.step(&readings, self.previous_u_v);
             see(&verdict);
-            (self.disagreement, self.position_contradicts) = (verdict.disagreement, verdict.position);
+            (self.disagreement, self.contradicts) = (verdict.disagreement, verdict.contradicts.map(in_fixed_point));
         } else {
             monitor.restart(u_v);
             self.disagreement = false;
@@ -399,5 +399,17 @@ impl ControlLoop {
             _ => None,
         };
         self.state = ControllerState::boot(latched);
+    }
+}
+
+/// What the monitor names, in the controller's numbers.
+#[cold]
+fn in_fixed_point(contradicts: monitor::Contradicts) -> Contradicts {
+    // A conversion by the language: it saturates, and has no case that panics.
+    let pressure = |pa: f32| Pressure::from_bits((pa * const { (1_u32 << Pressure::FRAC_NBITS) as f32 }) as i32);
+    match contradicts {
+        monitor::Contradicts::Position => Contradicts::Position,
+        monitor::Contradicts::PressureA(pa) => Contradicts::PressureA(pressure(pa)),
+        monitor::Contradicts::PressureB(pa) => Contradicts::PressureB(pressure(pa)),
     }
 }

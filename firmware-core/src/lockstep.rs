@@ -116,7 +116,7 @@ pub fn encode_setup(setup: &SetupMessage) -> Option<heapless::Vec<u8, { SETUP_BY
 const COMMANDS: [Option<OperatorCommand>; 4] =
     [None, Some(OperatorCommand::Arm), Some(OperatorCommand::Disarm), Some(OperatorCommand::ResetFault)];
 
-/// Writes the inputs of one tick.
+/// Writes the inputs of one tick, but for what contradicts: that the loop's own monitor says.
 #[must_use]
 pub fn encode_tick(inputs: &Inputs) -> [u8; TICK_BYTES] {
     let bit = |flag: bool, place: u32| u8::from(flag) << place;
@@ -126,8 +126,7 @@ pub fn encode_tick(inputs: &Inputs) -> [u8; TICK_BYTES] {
         | bit(faults.late_tick, 2)
         | bit(faults.overrun, 3)
         | bit(faults.model_disagreement, 4)
-        | bit(faults.valve_output, 5)
-        | bit(faults.position_contradicts, 6);
+        | bit(faults.valve_output, 5);
     let command = COMMANDS.iter().position(|command| *command == inputs.command).unwrap_or(0) as u8;
     let [r0, r1, r2, r3] = inputs.reference.to_bits().to_le_bytes();
     let code = |code: AdcCode| code.0.to_le_bytes();
@@ -159,7 +158,7 @@ pub fn decode_tick(message: &[u8; TICK_BYTES]) -> Option<Inputs> {
             overrun: bit(3),
             model_disagreement: bit(4),
             valve_output: bit(5),
-            position_contradicts: bit(6),
+            contradicts: None,
         },
     })
 }

@@ -94,7 +94,7 @@ fuzz_target!(|bytes: &[u8]| {
                 late_tick: flags & 64 != 0,
                 overrun: flags & 128 != 0,
                 model_disagreement: false,
-                position_contradicts: false,
+                contradicts: None,
                 valve_output: false,
             },
         };

@@ -1,12 +1,18 @@
 //! One chamber's pressure balance, predicted and compared.
+//!
+//! Besides, the steps of its reading are summed up that no air can have made: further in one tick than the widest open valve
+//! moves the pressure. They are the sensor's.
 
-use crate::Check;
 use crate::motion::Contribution;
 use crate::parameters::MonitorParameters;
+use crate::{Check, STRIKES};
+use core::f32::consts::SQRT_2;
 use plant_model::{Plant, Real, Side};
 
 /// Part of the relative error that is allowed which the volume at mid-stroke has: 5 of 20 %. It grows as the chamber empties.
 const VOLUME_PART: f32 = 0.25;
+/// Of the pressure error that is always allowed, what noise makes of a change: two readings differ by the root of two times one's noise.
+const STEP_NOISE: f32 = SQRT_2;
 
 /// What both chambers share between two samples, one tick apart.
 pub(crate) struct Interval<'m> {
@@ -48,10 +54,33 @@ pub(crate) struct Balance {
 }
 
 /// The difference between measured and predicted pressure, and how much of it is allowed.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Watch {
     residual_pa: f32,
     allowance_pa: f32,
+    stepped_pa: f32,
+    since_step: u8,
+}
+
+impl Default for Watch {
+    fn default() -> Self {
+        Self { residual_pa: 0.0, allowance_pa: 0.0, stepped_pa: 0.0, since_step: u8::MAX }
+    }
+}
+
+/// What a tick makes of a chamber.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Found {
+    /// Measured minus predicted pressure, Pa.
+    pub(crate) check: Check,
+    /// What of that difference came in steps that no air can have made, Pa.
+    pub(crate) stepped_pa: f32,
+    /// What of the threshold is for noise, Pa.
+    pub(crate) noise_pa: f32,
+    /// Whether one of them came in the ticks that make a disagreement.
+    pub(crate) steps_now: bool,
+    /// What both together say of the motion.
+    pub(crate) contribution: Contribution,
 }
 
 impl Interval<'_> {
@@ -80,14 +109,14 @@ impl Interval<'_> {
 }
 
 impl Watch {
-    /// One tick; returns residual and threshold in Pa, and what both together say of the motion.
+    /// One tick, in which the reading changed by `measured_step_pa`.
     pub(crate) fn advance(
         &mut self,
         interval: &Interval<'_>,
         valve: &Valve,
         balance: &Balance,
         measured_step_pa: f32,
-    ) -> (Check, Contribution) {
+    ) -> Found {
         let m = interval.plant.coefficients();
         let orifices = interval.plant.orifices(balance.side);
         let area_m2 = interval.plant.area_m2(balance.side);
@@ -109,6 +138,15 @@ impl Watch {
         let by_motion = -per_metre * balance.step_m;
         let unexplained_pa = measured_step_pa - by_flow - by_motion;
         self.residual_pa = (self.residual_pa + unexplained_pa) * interval.keep;
+        let step_noise_pa = STEP_NOISE * interval.parameters.pressure_pa;
+        // In next to no tick a reading changes by more than noise: the widest flow is worth its instructions there alone.
+        let stepped = measured_step_pa.abs() > step_noise_pa && {
+            let widest = per_kg_per_s * widest_kg_per_s(interval, balance);
+            let by_air = widest + (per_metre * balance.smoothed_step_m).abs();
+            measured_step_pa.abs() > step_noise_pa + (1.0 + interval.parameters.relative) * by_air
+        };
+        self.since_step = if stepped { 0 } else { self.since_step.saturating_add(1) };
+        self.stepped_pa = (self.stepped_pa + if stepped { unexplained_pa } else { 0.0 }) * interval.keep;
 
         let doubt = if valve.opening_error > 0.0 {
             // About the break-point nobody knows which way the valve is open: the larger of both flows.
@@ -125,7 +163,7 @@ impl Watch {
         let relative = interval.parameters.relative * (1.0 + VOLUME_PART * emptier);
         let allowed_pa = (relative + position_doubt) * activity + per_kg_per_s * (doubt + (bore - inflow).abs());
         self.allowance_pa = (self.allowance_pa + allowed_pa) * interval.keep;
-        let noise = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;
+        let noise_pa = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;
         let metres_per_pa = 1.0 / per_metre;
         let contribution = Contribution {
             // A chamber that has grown more than its sensor says has lost pressure.
@@ -133,6 +171,35 @@ impl Watch {
             allowed_m: allowed_pa * metres_per_pa,
             metres_per_pa,
         };
-        (Check { residual: self.residual_pa, threshold: noise + self.allowance_pa }, contribution)
+        let check = Check { residual: self.residual_pa, threshold: noise_pa + self.allowance_pa };
+        Found { check, noise_pa, stepped_pa: self.stepped_pa, steps_now: self.since_step < STRIKES, contribution }
     }
+}
+
+/// What one radian of opening changes the pressure by in a tick, filling and exhausting, over the energy of the air: to compare both
+/// chambers by.
+#[cold]
+#[inline(never)]
+pub(crate) fn by_opening(interval: &Interval<'_>, balance: &Balance) -> [f32; 2] {
+    let atmosphere_pa = interval.plant.coefficients().atmosphere_pa;
+    let orifices = interval.plant.orifices(balance.side);
+    [true, false].map(|filling| {
+        let flow = orifices.inflow(filling, 1.0, balance.pressure_pa, interval.supply_pa, atmosphere_pa);
+        flow.mass_flow.abs() * balance.inverse_volume_per_m3
+    })
+}
+
+/// Flow into or out of the chamber through the valve at either end of its command, whichever is larger.
+#[cold]
+#[inline(never)]
+fn widest_kg_per_s(interval: &Interval<'_>, balance: &Balance) -> f32 {
+    let m = interval.plant.coefficients();
+    let end = |u_v: f32| {
+        let opening = interval.plant.opening(u_v);
+        let filling = opening.fills_a == (balance.side == Side::A);
+        let orifices = interval.plant.orifices(balance.side);
+        let (p, supply) = (balance.pressure_pa, interval.supply_pa);
+        orifices.inflow(filling, opening.magnitude, p, supply, m.atmosphere_pa).mass_flow.abs()
+    };
+    end(m.max_voltage_v).at_least(end(-m.max_voltage_v))
 }

@@ -21,7 +21,7 @@
 //! | has the reading bent as no piston can, and is motion missing since? | `kink.rs` | a sensor that freezes, lags or changes scale under way |
 //! | has the reading jumped, and gone on at the same speed? | `jump.rs` | a sensor that is suddenly late |
 //!
-//! Where the answer is no, `isolation.rs` asks whether it is the position that contradicts the rest.
+//! Where the answer is no, `isolation.rs` asks whether it is the position, or one of the pressures, that contradicts the rest.
 //!
 //! **What is allowed.** A model is never exact. The threshold is a sum of: the pressure noise; the position noise,
 //! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of the predicted flow or compression,
@@ -47,7 +47,7 @@ mod parameters;
 pub use parameter_table::ParameterError as MonitorError;
 pub use parameters::{Key, MonitorParameters};
 
-use chamber::{Balance, Interval, Watch};
+use chamber::{Balance, Found, Interval, Watch};
 use command_delay::CommandDelay;
 use history::History;
 use isolation::Isolation;
@@ -73,12 +73,22 @@ pub struct Readings {
 pub struct Verdict {
     /// The readings cannot all be true. Feed it to the controller's `faults.model_disagreement`.
     pub disagreement: bool,
-    /// What contradicts the rest is the position: pressures, valve and supply agree. Feed it to the controller's
-    /// `faults.position_contradicts`.
-    pub position: bool,
+    /// Of a disagreement: which sensor contradicts the rest, where that is known. Feed it to the controller's `faults.contradicts`.
+    pub contradicts: Option<Contradicts>,
     /// Measured minus predicted pressure of A and of B, Pa; motion that the position sensor does not show, over a short
     /// and over a long time and since a bend, m; a gap in the reading's course, m.
     pub checks: [Check; 6],
+}
+
+/// A sensor that contradicts the rest: all others, valve and supply agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contradicts {
+    /// The position.
+    Position,
+    /// The pressure of chamber A. The rest speaks of this one instead, Pa absolute.
+    PressureA(f32),
+    /// The same of chamber B.
+    PressureB(f32),
 }
 
 /// A difference and how large it may be, in the same unit.
@@ -271,14 +281,15 @@ impl Monitor {
             filling: !valve.fills_a,
             leak_kg_per_s: self.plant.leaks(Side::B, mean_b, Some(mean_a)).mass_flow,
         };
-        let (check_a, moved_a) =
-            self.a.advance(&interval, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
+        let found_a = self.a.advance(&interval, &valve, &balance_a, readings.pressure_a_pa - last.pressure_a_pa);
         // The air of a single-acting cylinder's other chamber is the room's.
-        let (check_b, moved_b) = if self.plant.is_single_acting() {
-            (Check::default(), moved_a.alone())
+        let found_b = if self.plant.is_single_acting() {
+            let contribution = found_a.contribution.alone();
+            Found { check: Check::default(), noise_pa: 0.0, stepped_pa: 0.0, steps_now: false, contribution }
         } else {
             self.b.advance(&interval, &valve, &balance_b, readings.pressure_b_pa - last.pressure_b_pa)
         };
+        let [moved_a, moved_b] = [found_a.contribution, found_b.contribution];
         let [short, long] = self.missing.advance(&self.parameters, &moved_a, &moved_b);
         let bent = Bent {
             force_n: m.area_b_m2 * (mean_a - mean_b) + (m.area_a_m2 - m.area_b_m2) * (mean_a - m.atmosphere_pa)
@@ -291,14 +302,40 @@ impl Monitor {
         let forgotten = self.history.advance(readings.position_m);
         let kink = self.kink.advance(&self.plant, &self.parameters, &bent, (&self.history, forgotten));
         let jump = if forgotten.is_some() { jump::check(&self.history, &self.parameters) } else { Check::NOTHING };
-        let checks = [check_a, check_b, short, long, kink, jump];
+        let checks = [found_a.check, found_b.check, short, long, kink, jump];
 
         self.strikes = if checks.iter().all(Check::holds) { 0 } else { self.strikes.saturating_add(1) };
         // A jump stands between two lines in one tick only, and sixteen readings have seen it.
         let jumped = !jump.holds();
         let disagreement = jumped || self.strikes >= STRIKES;
-        let missing_m = [-check_a.residual * moved_a.metres_per_pa, check_b.residual * moved_b.metres_per_pa];
-        let position = jumped || (self.isolation.advance(step_m, missing_m, &kink) && disagreement);
-        Verdict { disagreement, position, checks }
+        let missing_m =
+            [-found_a.check.residual * moved_a.metres_per_pa, found_b.check.residual * moved_b.metres_per_pa];
+        let course = self.isolation.advance(step_m, missing_m, &kink);
+        let contradicts = if !disagreement {
+            None
+        } else if jumped || course.contradicts {
+            Some(Contradicts::Position)
+        } else {
+            let side = |found, balance: &Balance, single: bool| isolation::Side {
+                found,
+                by_opening: if single { [0.0; 2] } else { chamber::by_opening(&interval, balance) },
+                in_the_dark: balance.filling && readings.supply_pa.is_none(),
+            };
+            let a = side(&found_a, &balance_a, false);
+            let b = side(&found_b, &balance_b, self.plant.is_single_acting());
+            if a.is_alone(&b, course) {
+                Some(Contradicts::PressureA(readings.pressure_a_pa - self.before_drawn(found_a.check.residual)))
+            } else if b.is_alone(&a, course) {
+                Some(Contradicts::PressureB(readings.pressure_b_pa - self.before_drawn(found_b.check.residual)))
+            } else {
+                None
+            }
+        };
+        Verdict { disagreement, contradicts, checks }
+    }
+
+    /// What a difference was before the prediction was drawn towards the measurement in the ticks that make a disagreement.
+    fn before_drawn(&self, residual: f32) -> f32 {
+        (0..STRIKES).fold(residual, |residual, _| residual / self.keep)
     }
 }

@@ -1,6 +1,6 @@
 //! A healthy rig agrees with its model; a rig with one lie in it does not.
 
-use monitor::{Monitor, MonitorParameters, Readings};
+use monitor::{Contradicts, Monitor, MonitorParameters, Readings};
 use plant_model::{Effect, Effects, Rig, Simulator};
 
 const TICK_S: f64 = 1.0e-3;
@@ -29,8 +29,17 @@ fn rigs() -> [(&'static str, Rig<f64>, Rig<f32>); 3] {
 /// What a test may do to truth on its way to the monitor: (tick, readings as sensed, true state is untouched).
 type Spoil<'s> = dyn FnMut(usize, &mut Readings) + 's;
 
-/// Positions the piston between ± a fifth of the stroke, a new target every 0.7 s; returns tick and true travel since
-/// `from` when the monitor first disagrees.
+/// The first tick of a disagreement.
+#[derive(Debug, PartialEq)]
+struct Disagreement {
+    tick: usize,
+    travel_m: f64,
+    pressures_pa: [f64; 2],
+    contradicts: Option<Contradicts>,
+}
+
+/// Positions the piston between ± a fifth of the stroke, a new target every 0.7 s; returns tick, true travel since
+/// `from` in m, true pressures in Pa and what is named when the monitor first disagrees.
 fn first_disagreement(
     rig: &Rig<f64>,
     rig_f32: &Rig<f32>,
@@ -39,7 +48,7 @@ fn first_disagreement(
     from: usize,
     jam_at: Option<usize>,
     spoil: &mut Spoil<'_>,
-) -> Option<(usize, f64)> {
+) -> Option<Disagreement> {
     let mut simulator = Simulator::<f64>::new(rig, effects).unwrap();
     let parameters = MonitorParameters::default();
     let mut monitor = Monitor::new(rig_f32, &effects.convert(), &parameters, TICK_S as f32, 0).unwrap();
@@ -61,7 +70,12 @@ fn first_disagreement(
         }
         let verdict = monitor.step(&readings, u as f32);
         if verdict.disagreement {
-            return Some((n, (truth.y_m - y_from).abs()));
+            return Some(Disagreement {
+                tick: n,
+                travel_m: (truth.y_m - y_from).abs(),
+                pressures_pa: [truth.p_a_pa, truth.p_b_pa],
+                contradicts: verdict.contradicts,
+            });
         }
         let target = rig.cylinder.stroke_m * [0.2, -0.1, 0.0, -0.2, 0.15, 0.05][n / 700 % 6];
         u = (10.0 * (target - f64::from(readings.position_m)) * (1.0 / rig.cylinder.stroke_m)).clamp(-5.0, 5.0);
@@ -106,29 +120,63 @@ fn a_position_that_freezes_while_moving_is_found_before_the_piston_has_gone_15_m
         let found = first_disagreement(&rig, &rig_f32, &mpye(), 1400, 730, None, &mut |_, readings| {
             readings.position_m = *frozen.get_or_insert(readings.position_m);
         });
-        let (_, travel_m) = found.unwrap_or_else(|| panic!("rig {name}: not found"));
+        let Disagreement { travel_m, .. } = found.unwrap_or_else(|| panic!("rig {name}: not found"));
         assert!(travel_m < 0.015, "rig {name}: {travel_m} m");
     }
 }
 
 #[test]
-fn a_pressure_sensor_that_jumps_by_a_fifth_is_found_in_5_ms() {
+fn a_pressure_sensor_that_jumps_by_a_fifth_is_found_in_5_ms_named_and_told_what_it_should_read() {
     for (name, rig, rig_f32) in rigs() {
-        let found = first_disagreement(&rig, &rig_f32, &mpye(), 1400, 900, None, &mut |_, readings| {
-            readings.pressure_a_pa *= 1.2;
-        });
-        let (tick, _) = found.unwrap_or_else(|| panic!("rig {name}: not found"));
-        assert!(tick <= 905, "rig {name}: {} ms", tick - 900);
+        for (side, factor) in [(0, 1.2), (0, 0.8), (1, 1.2), (1, 0.8)] {
+            let found = first_disagreement(&rig, &rig_f32, &mpye(), 1400, 900, None, &mut |_, readings| {
+                *[&mut readings.pressure_a_pa, &mut readings.pressure_b_pa][side] *= factor;
+            });
+            let found = found.unwrap_or_else(|| panic!("rig {name}: not found"));
+            assert!(found.tick <= 905, "rig {name}: {} ms", found.tick - 900);
+            let told_pa = match (side, found.contradicts) {
+                (0, Some(Contradicts::PressureA(told_pa))) | (1, Some(Contradicts::PressureB(told_pa))) => told_pa,
+                _ => panic!("rig {name}, side {side}: {found:?}"),
+            };
+            let wrong_pa = (f64::from(told_pa) - found.pressures_pa[side]).abs();
+            assert!(wrong_pa < 5e3, "rig {name}, side {side}: {wrong_pa} Pa of {found:?}");
+        }
     }
+}
+
+#[test]
+fn a_pressure_sensor_that_freezes_or_lags_is_named_or_none_is() {
+    let mut named = 0;
+    for (name, rig, rig_f32) in rigs() {
+        for side in 0..2 {
+            for lag_ticks in [1e9_f32, 100.0] {
+                let mut lagged = None;
+                let found = first_disagreement(&rig, &rig_f32, &mpye(), 4200, 730, None, &mut |_, readings| {
+                    let reading = if side == 0 { &mut readings.pressure_a_pa } else { &mut readings.pressure_b_pa };
+                    let lagged = lagged.get_or_insert(*reading);
+                    *lagged += (*reading - *lagged) / lag_ticks;
+                    *reading = *lagged;
+                });
+                let found = found.unwrap_or_else(|| panic!("rig {name}: not found"));
+                match (side, found.contradicts) {
+                    (_, None) => (),
+                    (0, Some(Contradicts::PressureA(_))) | (1, Some(Contradicts::PressureB(_))) => named += 1,
+                    _ => panic!("rig {name}, side {side}: {found:?}"),
+                }
+            }
+        }
+    }
+    assert!(named >= 6, "{named} of 12");
 }
 
 #[test]
 fn a_jammed_valve_is_found_within_a_second() {
     for (name, rig, rig_f32) in rigs() {
         let found = first_disagreement(&rig, &rig_f32, &Effects::none(), 4200, 720, Some(720), &mut |_, _| ());
-        let (tick, travel_m) = found.unwrap_or_else(|| panic!("rig {name}: not found"));
+        let Disagreement { tick, travel_m, contradicts, .. } = found.unwrap_or_else(|| panic!("rig {name}: not found"));
         // Nothing is wrong until the command has moved away from where the valve stands.
         assert!(tick - 720 < 1000, "rig {name}: {} ms, {travel_m} m", tick - 720);
+        assert_eq!(contradicts, None, "rig {name}");
     }
 }
 
@@ -138,7 +186,7 @@ fn a_reading_that_is_no_number_is_a_disagreement() {
     let found = first_disagreement(&rig, &rig_f32, &Effects::none(), 100, 50, None, &mut |_, readings| {
         readings.pressure_b_pa = f32::NAN;
     });
-    assert!(found.is_some_and(|(tick, _)| tick <= 54), "{found:?}");
+    assert!(found.as_ref().is_some_and(|found| found.tick <= 54 && found.contradicts.is_none()), "{found:?}");
 }
 
 #[test]
@@ -177,7 +225,7 @@ fn a_position_that_freezes_or_lags_at_full_speed_is_found_within_20_ms_and_one_t
             [("freeze", &mut freeze, 20), ("lag", &mut lag, 20), ("shrink", &mut shrink, 40)];
         for (what, spoil, limit) in spoils {
             let found = first_disagreement(&rig, &rig_f32, &mpye(), 1400, from, None, spoil);
-            let (tick, _) = found.unwrap_or_else(|| panic!("rig {name}, {what}: not found"));
+            let Disagreement { tick, .. } = found.unwrap_or_else(|| panic!("rig {name}, {what}: not found"));
             assert!(tick - from <= limit, "rig {name}, {what}: {} ms", tick - from);
         }
     }

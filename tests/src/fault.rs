@@ -38,6 +38,8 @@ pub enum Kind {
     Overrun,
     /// The host falls silent.
     HostSilent,
+    /// The shell finds that the valve output is not what was written.
+    ValveOutput,
 }
 
 impl Kind {

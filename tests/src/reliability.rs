@@ -87,6 +87,8 @@ pub struct Row {
     quiet: bool,
     /// With a dump valve at the board's air output.
     dump: bool,
+    /// Known in its own tick: the valve closes and the air drops, without a controlled stop.
+    known: bool,
 }
 
 impl Row {
@@ -96,10 +98,20 @@ impl Row {
         self.quiet
     }
 
+    /// Whether it is the other row, but known at once.
+    #[must_use]
+    pub fn bounds(&self, other: &Self) -> bool {
+        self.known && (self.fault, self.quiet, self.dump) == (other.fault, other.quiet, other.dump)
+    }
+
     /// A situation with the row's fault, and the same run without: silence of a host that need not speak.
     fn with_and_without_fault(&self, situation: &Situation) -> [Scenario; 2] {
-        [self.fault, Fault::new(Kind::HostSilent, None, 0.0)]
-            .map(|fault| scenario(situation, fault, self.quiet, self.dump))
+        let [mut spoilt, healthy] = [self.fault, Fault::new(Kind::HostSilent, None, 0.0)]
+            .map(|fault| scenario(situation, fault, self.quiet, self.dump));
+        if self.known {
+            spoilt.fault.push(Fault::new(Kind::ValveOutput, None, spoilt.fault[0].at_s));
+        }
+        [spoilt, healthy]
     }
 }
 
@@ -154,16 +166,29 @@ pub fn rows() -> Vec<Row> {
     for channel in Channel::ALL {
         for (kind, text) in sensor {
             let fault = Fault::new(kind, Some(channel), 0.0);
-            rows.push(Row { label: format!("{}: {text}", channel.as_str()), fault, quiet: false, dump: false });
+            rows.push(Row {
+                label: format!("{}: {text}", channel.as_str()),
+                fault,
+                quiet: false,
+                dump: false,
+                known: false,
+            });
         }
         let fault = Fault { factor: 0.7, ..Fault::new(Kind::Scale, Some(channel), 0.0) };
-        rows.push(Row { label: format!("{}: scale × 0.7", channel.as_str()), fault, quiet: false, dump: false });
+        rows.push(Row {
+            label: format!("{}: scale × 0.7", channel.as_str()),
+            fault,
+            quiet: false,
+            dump: false,
+            known: false,
+        });
         let fault = Fault::new(Kind::Stuck, Some(channel), 0.0);
         rows.push(Row {
             label: format!("{}: stuck, sensors without noise", channel.as_str()),
             fault,
             quiet: true,
             dump: false,
+            known: false,
         });
     }
     let plant = |kind: Kind, text: &str| Row {
@@ -171,17 +196,25 @@ pub fn rows() -> Vec<Row> {
         fault: Fault::new(kind, None, 0.0),
         quiet: false,
         dump: false,
+        known: false,
     };
     let supply = Fault { time_constant_s: 0.01, ..Fault::new(Kind::SupplyLoss, None, 0.0) };
-    rows.push(Row { label: "supply lost (10 ms)".into(), fault: supply, quiet: false, dump: false });
+    rows.push(Row { label: "supply lost (10 ms)".into(), fault: supply, quiet: false, dump: false, known: false });
     rows.push(plant(Kind::JammedValve, "valve jammed"));
     rows.push(Row { dump: true, ..plant(Kind::JammedValve, "valve jammed, dump valve at the air output") });
     rows.push(plant(Kind::DroppedTicks, "ticks stop for good (watchdog)"));
     let half = Fault { ticks: 1, every: 2, ..Fault::new(Kind::DroppedTicks, None, 0.0) };
-    rows.push(Row { label: "every second tick dropped".into(), fault: half, quiet: false, dump: false });
+    rows.push(Row { label: "every second tick dropped".into(), fault: half, quiet: false, dump: false, known: false });
     rows.push(plant(Kind::LateTicks, "every tick late"));
     rows.push(plant(Kind::Overrun, "every sample overrun"));
     rows
+}
+
+/// The jammed valve with the dump valve, known in its own tick: what no monitor betters.
+#[must_use]
+pub fn jam_known_at_once() -> Row {
+    let label = "the same, known in its own tick".into();
+    Row { label, fault: Fault::new(Kind::JammedValve, None, 0.0), quiet: false, dump: true, known: true }
 }
 
 /// When and where a fault strikes: rig, law, situation, seed.

@@ -172,8 +172,8 @@ pub fn run_observed(
                     late_tick: late,
                     overrun,
                     model_disagreement: false,
-                    position_contradicts: false,
-                    valve_output: false,
+                    contradicts: None,
+                    valve_output: active(Kind::ValveOutput).is_some(),
                 },
             };
             let answer = target.tick(&inputs)?;

@@ -72,16 +72,19 @@ fn the_air_stays_on_until_the_stop_has_ended_and_then_drops() {
 }
 
 /// What is wrong, how, and whether a stop follows.
-const CONTRADICTIONS: [(&str, &str, bool); 5] = [
+const CONTRADICTIONS: [(&str, &str, bool); 8] = [
     ("a sensor that lags", "kind = \"slow\", channel = \"position\", time_constant_s = 0.1", true),
     ("a sensor that is late", "kind = \"delayed\", channel = \"position\", delay_s = 0.05", true),
-    ("a wrong pressure A", "kind = \"scale\", channel = \"pressure-a\", factor = 0.7", false),
-    ("a wrong pressure B", "kind = \"garbage\", channel = \"pressure-b\"", false),
+    ("a pressure A of the wrong scale", "kind = \"scale\", channel = \"pressure-a\", factor = 0.7", true),
+    ("a pressure B of the wrong scale", "kind = \"scale\", channel = \"pressure-b\", factor = 1.5", true),
+    ("a pressure A that is garbage", "kind = \"garbage\", channel = \"pressure-a\"", true),
+    ("a pressure B that is garbage", "kind = \"garbage\", channel = \"pressure-b\"", true),
+    ("a pressure A that lags", "kind = \"slow\", channel = \"pressure-a\", time_constant_s = 0.1", true),
     ("a jammed valve", "kind = \"jammed-valve\"", false),
 ];
 
 #[test]
-fn of_the_contradictions_that_a_wrong_position_makes_comes_a_stop_and_of_others_none() {
+fn of_the_contradictions_that_a_wrong_sensor_makes_comes_a_stop_and_of_a_jammed_valve_none() {
     for at_s in [1.2, 1.25, 1.4, 1.45] {
         for (what, fault, stops) in CONTRADICTIONS {
             let (outcome, samples) = run(&scenario(0.1, at_s, fault));
@@ -92,5 +95,24 @@ fn of_the_contradictions_that_a_wrong_position_makes_comes_a_stop_and_of_others_
                 assert_eq!(stopped, if stops { 100 } else { 0 }, "{what} at {at_s} s");
             }
         }
+    }
+}
+
+#[test]
+fn a_wrong_pressure_that_the_monitor_names_leaves_the_piston_in_its_span_where_a_closed_valve_throws_it_out() {
+    for (what, fault) in [
+        ("A x 1.5", "kind = \"scale\", channel = \"pressure-a\", factor = 1.5"),
+        ("A x 0.7", "kind = \"scale\", channel = \"pressure-a\", factor = 0.7"),
+        ("A garbage", "kind = \"garbage\", channel = \"pressure-a\""),
+        ("B x 1.5", "kind = \"scale\", channel = \"pressure-b\", factor = 1.5"),
+        ("B x 0.7", "kind = \"scale\", channel = \"pressure-b\", factor = 0.7"),
+        ("B garbage", "kind = \"garbage\", channel = \"pressure-b\""),
+    ] {
+        let [closed, stopped] = [0.0, 0.1].map(|stop_time_s| run(&scenario(stop_time_s, 1.4, fault)).0);
+        println!("{what}: {:.1} mm, with the stop {:.1} mm", 1e3 * closed.excursion_m, 1e3 * stopped.excursion_m);
+        assert_eq!(closed.tripped, stopped.tripped, "as soon as ever");
+        assert_eq!(stopped.end, Mode::Safe(Reason::ModelDisagreement), "{what}");
+        assert!(closed.excursion_m > 9e-3, "the scenario itself has gone blunt: {closed:?}");
+        assert!(stopped.excursion_m < 5e-3, "{what}: {stopped:?}");
     }
 }

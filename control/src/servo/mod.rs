@@ -270,6 +270,18 @@ impl Tuning {
         command
     }
 
+    /// Takes the readings' force for the estimate at once: before a stop in which one of them is told and not read. What was estimated
+    /// has followed a wrong pressure since the fault.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn believe(&self, state: &mut ServoState, read: &Readings) {
+        let ([p_a, p_b], [per_pa_a, per_pa_b]) = (read.chambers, self.chambers.per_pa);
+        let Some((f_a, f_b)) = p_a.map(|p| per_pa_a.of(p)).zip(p_b.map(|p| per_pa_b.of(p))) else { return };
+        let [_, _, supply] = state.forces;
+        state.estimate.force = f_a.saturating_sub(f_b);
+        state.forces = self.chambers.complete([Some(f_a), Some(f_b)], supply, state.estimate.force);
+    }
+
     /// Learns what the tick has shown; it counts from the next one on. An eighth of the law's instructions, which the valve
     /// code does not wait for.
     #[inline(never)]

@@ -4,7 +4,8 @@ use clap::{Parser, ValueEnum};
 use control::LawChoice;
 use rayon::prelude::*;
 use scenarios::reliability::{
-    COMPARISON_HEAD, GOAL_S, RIGS, TABLE_HEAD, THREAT_M, comparison_line, normal_running, rows, study, table_line,
+    COMPARISON_HEAD, GOAL_S, RIGS, TABLE_HEAD, THREAT_M, comparison_line, jam_known_at_once, normal_running, rows,
+    study, table_line,
 };
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -95,6 +96,12 @@ fn report(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
         if law == LawChoice::Servo {
             let paper = study(&row, LawChoice::Paper, arguments.seed, arguments.runs)?;
             compared.push(comparison_line(&row, &paper, &result));
+            let bound = jam_known_at_once();
+            if bound.bounds(&row) {
+                let [paper, servo] =
+                    [LawChoice::Paper, LawChoice::Servo].map(|law| study(&bound, law, arguments.seed, arguments.runs));
+                compared.push(comparison_line(&bound, &paper?, &servo?));
+            }
         }
     }
     let summary = format!(
