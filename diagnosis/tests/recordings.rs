@@ -105,6 +105,17 @@ fn a_slow_log_with_a_column_missing_is_answered() {
     }
 }
 
+/// Rows a millisecond apart by a clock of its own, some missing: such rows are not distant, and 12 to 19 % more than noise is a gap.
+#[test]
+fn a_slight_lag_is_named_though_a_few_rows_are_missing() {
+    let case = "slight/exact/ef3c482e8635dce3".parse::<Plan>().expect("a case").draw();
+    let log = case.record().0;
+    assert!(log.t_s.windows(2).any(|t| t[1] - t[0] > 0.002), "no row is missing");
+    let found = diagnose(&case.rig_file, &log, &|_| {}).expect("a full log");
+    let told: Vec<_> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+    assert_eq!(told, ["valve-lag"]);
+}
+
 /// In one of sixty predictions the piston sticks close to its end, and the pressure there errs by six times the usual.
 #[test]
 fn one_prediction_of_many_that_errs_by_chance_is_no_gap() {

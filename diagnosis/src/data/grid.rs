@@ -219,4 +219,19 @@ mod tests {
         rows.quality.interval_s = 0.001;
         assert_eq!(refined(rows, Between::Held).len(), 5);
     }
+
+    #[test]
+    fn a_few_missing_rows_do_not_make_rows_distant() {
+        // A clock that is late by a fifth of an interval, where one row is missing.
+        for (interval_s, gap, interpolated, distant) in
+            [(0.001, 2.2, true, false), (0.001, 1.0, false, false), (0.005, 1.0, true, true)]
+        {
+            let times = (0..40).map(|k| interval_s * (f64::from(k) + if k < 20 { 0.0 } else { gap - 1.0 }));
+            let mut rows = record(times.collect(), |t| t, |_| 1.0);
+            rows.quality.interval_s = interval_s;
+            let fine = refined(rows, Between::Held);
+            assert_eq!(fine.is_interpolated(), interpolated, "{interval_s} s, {gap}");
+            assert_eq!(fine.has_distant_rows(), distant, "{interval_s} s, {gap}");
+        }
+    }
 }

@@ -130,6 +130,11 @@ impl Record {
         self.rows.len() < self.len()
     }
 
+    /// Whether the balances usually go more than one step between rows: there they err by themselves. A few missing rows are no matter.
+    pub(crate) fn has_distant_rows(&self) -> bool {
+        self.quality.interval_s > constants::longest_step()
+    }
+
     /// Whether entry `k` was measured.
     pub(crate) fn is_row(&self, k: usize) -> bool {
         self.measured.get(k).is_none_or(|measured| *measured)

@@ -15,7 +15,7 @@ pub(crate) fn required_gain(problem: &Problem<'_>, fit: &Fit, effect: Effect) ->
     // The balances of the air cannot tell a scale of lengths from other values, see `Hypothesis::move_in_step`.
     let (shows, rest) = if effects::moves_nominal_values(effect) {
         (Channel::Position.bit(), constants::share_of_rest_in_step())
-    } else if problem.record.is_interpolated() {
+    } else if problem.record.has_distant_rows() {
         (effects::channels(effect), constants::share_of_rest_between_rows())
     } else {
         (effects::channels(effect), constants::share_of_rest())

@@ -157,7 +157,7 @@ fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Ch
         (before, after, problem.noise_cost(channel.bit()))
     });
     // Between distant rows the balances err by themselves, so that what is like noise tells nothing.
-    let like = if problem.record.is_interpolated() { constants::like_noise() } else { 1.0 };
+    let like = if problem.record.has_distant_rows() { constants::like_noise() } else { 1.0 };
     touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances, like)
 }
 
