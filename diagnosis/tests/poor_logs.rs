@@ -3,7 +3,7 @@
 use diagnosis::{Cause, DiagnosisError, diagnose};
 use plant_model::Effect;
 use rig_files::{Log, RigFile, Verdict};
-use synthesis::blind::{Class, Nominal, plans, plans_hiding};
+use synthesis::blind::{Class, Nominal, Plan, plans, plans_hiding};
 use test_stages::{of, runs_long};
 
 /// Five seconds at 1 kHz of a piston that rests, closed in at the slow-motion pressure.
@@ -150,4 +150,15 @@ fn one_pressure_alone_names_the_weight_and_no_force_that_the_other_chamber_may_m
     let found = &weight[0].parameters[0];
     assert!((found.value - weight_n).abs() < 2.0 * found.std_error, "{found:?}");
     assert!(named(2.0 * weight_n).is_empty());
+}
+
+/// With one pressure alone a position that reads too long and a smaller piston make the same flow and volume.
+#[test]
+fn with_one_pressure_a_piston_area_is_told_beside_a_position_scale() {
+    let case = "partial/exact/d2a34eb846a81cb1".parse::<Plan>().expect("a case").draw();
+    let log = case.record().0;
+    assert!(log.p_a_pa.is_some() && log.p_b_pa.is_none(), "one pressure");
+    let found = diagnose(&case.rig_file, &log, &|_| {}).expect("a mass balance");
+    let told: Vec<_> = found.causes.iter().map(|cause| (cause.id.as_str(), &cause.ties[..])).collect();
+    assert!(matches!(told[..], [("position-scale", [tie])] if tie == "piston-area"), "{told:?}");
 }

@@ -2,13 +2,21 @@
 
 use super::exchange::Alternatives;
 use super::penalty::penalised_cost;
+use super::visibility::candidates;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
+use crate::model::effects;
 use plant_model::Effect;
 
-/// For each cause: the effects tied with it, by penalised cost or structurally, and the growth of the cost without it.
+/// For each cause: the effects tied with it, by penalised cost, structurally or for want of columns, and the growth of the cost without it.
 pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternatives>>) -> (Vec<Vec<Effect>>, Vec<f64>) {
     let cost = penalised_cost(problem, best);
+    let candidates = candidates(problem);
+    // What acts on a balance at hand, but was not tried because columns are missing that would tell it from the cause.
+    let untried = |effect: Effect| {
+        let alike = effect.confused_with().map(|(other, _)| other);
+        alike.filter(|other| !candidates.contains(other) && effects::channels(*other) & problem.judgeable != 0)
+    };
     let of = |(effect, alternatives): (&Effect, Option<Alternatives>)| {
         let mut tied = Vec::new();
         let mut loss = 0.0;
@@ -22,7 +30,8 @@ pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternativ
                 }
             }
         }
-        for other in effect.structural_ties() {
+        let alike = effect.structural_ties().chain(untried(*effect));
+        for other in alike {
             if !tied.contains(&other) && !best.hypothesis.effects.contains(&other) {
                 tied.push(other);
             }

@@ -25,8 +25,8 @@ use synthesis::blind::{
     plant-sim blind --case single/exact/00c0ffee00c0ffee --keep out/case   # one case again, its files kept")]
 pub(crate) struct Arguments {
     /// Logs per class and kind of nominal values
-    #[arg(long, value_name = "COUNT", default_value_t = 52)]
-    logs: usize,
+    #[arg(long, value_name = "COUNT", default_value_t = 52, value_parser = clap::value_parser!(u16).range(1..))]
+    logs: u16,
     /// Seed of the suite; printed, and drawn if not given
     #[arg(long)]
     seed: Option<u64>,
@@ -108,23 +108,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
 
     let seed = arguments.seed.unwrap_or_else(|| rand::rng().random());
+    let logs = usize::from(arguments.logs);
     let mut kinds = Vec::new();
     for class in arguments.class.iter().flat_map(|classes| &classes.0) {
         for nominal in &arguments.nominal.0 {
             kinds.push(match &arguments.effect {
-                None => plans(*class, *nominal, arguments.logs, seed),
-                Some(id) => plans_hiding(id, *class, *nominal, arguments.logs, seed),
+                None => plans(*class, *nominal, logs, seed),
+                Some(id) => plans_hiding(id, *class, *nominal, logs, seed),
             });
         }
     }
     kinds.retain(|kind| !kind.is_empty());
-    if let Some(id) = arguments.effect.as_ref().filter(|_| kinds.is_empty() && arguments.logs > 0) {
+    if let Some(id) = arguments.effect.as_ref().filter(|_| kinds.is_empty()) {
         return Err(CliError::Usage(format!(
             "--effect: no class asked for hides `{id}`; docs/effects.md lists identifiers"
         )));
     }
     // In turn, so that a suite cut short has seen as much of every kind.
-    let all: Vec<Plan> = (0..arguments.logs).flat_map(|at| kinds.iter().map(move |kind| kind[at])).collect();
+    let all: Vec<Plan> = (0..logs).flat_map(|at| kinds.iter().map(move |kind| kind[at])).collect();
     say!("suite seed {seed}, {} cases", all.len());
     let bar = ProgressBar::new(all.len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}  {eta} left  {msg}") {

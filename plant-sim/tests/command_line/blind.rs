@@ -79,6 +79,8 @@ fn a_diagnosis_that_does_not_start_or_answers_nonsense_fails_its_cases() {
         let csv = std::fs::read_to_string(folder.path().join("results.csv")).expect("one line per case");
         assert!(csv.contains(",failed,"), "{csv}");
     }
-    let wrong = blind(folder.path(), Path::new("nobody"), "--class sinlge");
-    assert_eq!(wrong.status.code(), Some(2));
+    for words in ["--class sinlge", "--logs 0"] {
+        let wrong = blind(folder.path(), Path::new("nobody"), words);
+        assert_eq!(wrong.status.code(), Some(2), "{words}");
+    }
 }
