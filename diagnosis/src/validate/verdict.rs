@@ -152,21 +152,38 @@ fn explains_most(found: &Found, balances: &[Balance]) -> bool {
 
 /// Whether misfit beyond noise, and strain of nominal values, is less with some causes than without them.
 fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Channels) -> bool {
+    // Between distant rows the balances err by themselves, so that what is like noise tells nothing.
+    let least = if problem.record.has_distant_rows() { constants::like_noise() } else { 1.0 };
     let balances = judged(problem).filter(|channel| touched & channel.bit() != 0).map(|channel| {
         let [before, after] = [without, with].map(|fit| misfit_of(problem, fit, channel));
-        (before, after, problem.noise_cost(channel.bit()))
+        let noise = problem.noise_cost(channel.bit());
+        Excess { before, after, noise, like: least.max(by_chance(noise)) }
     });
-    // Between distant rows the balances err by themselves, so that what is like noise tells nothing.
-    let like = if problem.record.has_distant_rows() { constants::like_noise() } else { 1.0 };
-    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances, like)
+    touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances)
 }
 
-/// Whether enough of what is gained lies beyond noise: in strain of nominal values (`relieved`), and in balances of some misfit
-/// before and after, given with the cost of their noise; a misfit up to `like` is noise. A model that suppresses noise, such as a
-/// very large volume or mass, lowers the misfit below that of white noise: that is no gain.
-fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = (f64, f64, f64)>, like: f64) -> bool {
+/// The misfit that white noise reaches by chance, given its cost: half of so many squares, whose mean has the variance of two over their
+/// number.
+fn by_chance(noise: f64) -> f64 {
+    1.0 + constants::chance() / noise.max(1.0).sqrt()
+}
+
+/// What causes make of a balance.
+struct Excess {
+    /// Misfit without and with them.
+    before: f64,
+    after: f64,
+    /// The cost of its noise.
+    noise: f64,
+    /// A misfit up to this is noise.
+    like: f64,
+}
+
+/// Whether enough of what is gained lies beyond noise: in strain of nominal values (`relieved`), and in some balances. A model that
+/// suppresses noise, such as a very large volume or mass, lowers the misfit below that of white noise: that is no gain.
+fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = Excess>) -> bool {
     let (mut beyond_noise, mut all) = (relieved, relieved);
-    for (before, after, noise) in balances {
+    for Excess { before, after, noise, like } in balances {
         beyond_noise += (before.max(like) - after.max(like)) * noise;
         all += (before - after) * noise;
     }
@@ -200,9 +217,22 @@ mod tests {
             (0.0, vec![(1.1, 1.05, 100.0)], 1.0, true),
             (0.0, vec![(1.1, 1.05, 100.0)], 1.25, false),
         ] {
-            let found = mostly_beyond_noise(relieved, balances.iter().copied(), like);
+            let excess = |(before, after, noise)| Excess { before, after, noise, like };
+            let found = mostly_beyond_noise(relieved, balances.iter().copied().map(excess));
             assert_eq!(found, expected, "{relieved} {balances:?} {like}");
         }
+    }
+
+    #[test]
+    fn misfit_that_noise_reaches_by_chance_is_within_two_of_its_standard_deviations() {
+        // 5000 squares of white noise: their mean is one, its standard deviation 0.02.
+        assert!((by_chance(2500.0) - 1.04).abs() < 1e-12);
+        let gained = |like| {
+            // A large volume that took a little from one balance and much of the other's noise.
+            let excess = |(before, after)| Excess { before, after, noise: 2500.0, like };
+            mostly_beyond_noise(0.0, [(1.039, 0.999), (0.93, 0.796)].into_iter().map(excess))
+        };
+        assert!(gained(1.0) && !gained(by_chance(2500.0)));
     }
 
     #[test]
