@@ -105,7 +105,7 @@ fn no_pressure_of_a_rig_is_doubted_while_the_valve_swings_wide_open_and_the_pist
     for (mut rig, stroke_m) in [(RigFile::paper_a(), 1.0), (RigFile::paper_b(), 1.0), (RigFile::paper_c(), 0.1746)] {
         // A piston that strikes its stop compresses beyond the paper's sensors.
         rig.io.pressure_range_pa = [0.0, 3.0e6];
-        let mut plant_rig = rig.rig.clone();
+        let mut plant_rig = rig.rig;
         plant_rig.valve.fill_coefficient_kg_per_s_pa *= 1.1;
         plant_rig.valve.exhaust_coefficient_kg_per_s_pa *= 1.1;
         let mut plant = Simulator::<f64>::new(&plant_rig, &rig.effects).expect("a valid rig");
