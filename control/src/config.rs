@@ -6,7 +6,7 @@ use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
 use crate::parameters::{Key, LawChoice, Parameters, acceleration_range};
-use crate::plausibility::{ChannelLimits, GLITCH_WEIGHT};
+use crate::plausibility::{AirStep, ChannelLimits, GLITCH_WEIGHT};
 use crate::quantities::{Position, Pressure, Velocity, Voltage};
 use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::servo::learned::{Learned, Quantities, Quantity};
@@ -22,6 +22,8 @@ pub struct Config {
     pub(crate) pressure_a: ChannelLimits,
     pub(crate) pressure_b: ChannelLimits,
     pub(crate) supply: ChannelLimits,
+    /// Of chambers A and B, where the positioning law knows the rig.
+    pub(crate) air_steps: Option<[AirStep; 2]>,
     pub(crate) freeze: FreezeLimits,
     pub(crate) supply_sensor: bool,
     pub(crate) pressure_sensors: bool,
@@ -153,6 +155,7 @@ impl Config {
             pressure_a,
             pressure_b,
             supply,
+            air_steps: (p.law == LawChoice::Servo).then(|| AirStep::of(p)),
             supply_sensor: p.supply_sensor,
             pressure_sensors: p.pressure_sensors,
             // The paper's law has no model to go by.

@@ -218,7 +218,8 @@ parameter_table! {
     position_rate_m_per_s: f32 = 3.0, "m/s", 1.0e-3 => 100.0;
     /// Largest difference between two samples of the position that noise alone makes.
     position_noise_m: f32 = 1.0e-3, "m", 0.0 => 1.0;
-    /// Fastest believable pressure change. A chamber of a few cm3 at its end stop empties at 2e8 Pa/s.
+    /// Fastest believable pressure change. A chamber of a few cm3 at its end stop empties at 2e8 Pa/s. Under the positioning law a
+    /// chamber's pressure is bounded besides by what twice the widest flow makes in its volume at the piston's place.
     pressure_rate_pa_per_s: f32 = 2.5e8, "Pa/s", 1.0e3 => 1.0e9;
     /// Largest difference between two samples of a pressure that noise alone makes.
     pressure_noise_pa: f32 = 1.0e4, "Pa", 0.0 => 1.0e6;

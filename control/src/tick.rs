@@ -275,9 +275,10 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
     // Every channel takes its code every tick, whatever the others say.
     let position = config.position.check(&mut state.position, inputs.position, rail_is_fault);
     let [mut pressure_a, mut pressure_b] = if config.pressure_sensors {
+        let [step_a, step_b] = pressure_steps(config, state);
         [
-            config.pressure_a.check(&mut state.pressure_a, inputs.pressure_a, true),
-            config.pressure_b.check(&mut state.pressure_b, inputs.pressure_b, true),
+            config.pressure_a.check_step(&mut state.pressure_a, inputs.pressure_a, true, step_a),
+            config.pressure_b.check_step(&mut state.pressure_b, inputs.pressure_b, true, step_b),
         ]
     } else {
         [None; 2]
@@ -335,6 +336,19 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
         .or((running && disagreement).then_some(Reason::ModelDisagreement))
         .or((state.mode == Mode::Run && silent).then_some(Reason::CommandTimeOut));
     Faults { reason, causes }
+}
+
+/// How far the chambers' pressures can have moved in a tick.
+#[inline]
+fn pressure_steps(config: &Config, state: &ControllerState) -> [i32; 2] {
+    let most = [config.pressure_a.step, config.pressure_b.step];
+    match &config.air_steps {
+        Some([a, b]) if state.position.seen() => {
+            let y = Position::from_bits(state.position.good());
+            [a.at(y).min(most[0]), b.at(y.saturating_neg()).min(most[1])]
+        }
+        _ => most,
+    }
 }
 
 /// What a disagreement of this tick names.

@@ -56,7 +56,7 @@ fn garbage_is_caught_within_20_ms_on_the_position_and_60_ms_on_a_pressure() {
                 x ^= x << 5;
                 *channel(inputs, which) = AdcCode((x >> 8) as u16);
             });
-            // A chamber at its end stop may jump by 2.5 bar in a tick, so half of the garbage passes for pressures; the law
+            // A chamber at its end stop may jump by 2.5 bar in a tick, so half of the garbage passes for pressures; the paper's law
             // does not use them, and the model monitor sees them at once.
             let limit = if which == Channel::Position { 20 } else { 60 };
             assert!(ticks <= limit, "{ticks} ms with seed {seed}");
