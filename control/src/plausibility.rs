@@ -4,7 +4,7 @@
 //!
 //! - **range**: inside the limits of what a healthy sensor delivers;
 //! - **rate**: no further from the last good reading than the plant can have moved since, plus noise; a chamber's pressure, where
-//!   the positioning law knows the rig, no further than its air can have taken it at that place ([`AirStep`]);
+//!   the positioning law knows the rig, no further than its air can have taken it at that place (`AirStep`);
 //! - **stuck**: a channel that has shown sample-to-sample noise must not repeat one code for longer than the stuck time.
 //!
 //! A reading that fails range or rate is *bridged*: the law goes on with the last good one. Bridging fills a bucket four
