@@ -3,7 +3,7 @@
 use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
-use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost, stays_open};
+use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -102,9 +102,9 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
     }
 }
 
-/// Whether so much is spent that no more exchanges are tried, and a balance stays open: then no further cause will be named.
+/// Whether so much is spent that no more exchanges are tried, and names are out of reach: then no further cause will be named.
 pub(super) fn given_up(problem: &Problem<'_>, best: &Fit) -> bool {
-    exhausted(problem, best) && stays_open(problem, best)
+    exhausted(problem, best) && out_of_reach(problem, best)
 }
 
 /// Whether so much is spent that no more exchanges are tried: less where names are out of reach.

@@ -141,19 +141,6 @@ pub(crate) fn open(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, problem.judgeable, constants::open(), |channel| fit.channel_cost[channel as usize])
 }
 
-/// The misfit below which a balance may be closed.
-pub(crate) fn closed_cost(channel: Channel) -> f64 {
-    if channel == Channel::Position { constants::closed_cost_force() } else { constants::closed_cost_mass() }
-}
-
-/// Whether a fit leaves a balance that the verdict will call open: then no cause is named whose alternatives were not tried.
-pub(crate) fn stays_open(problem: &Problem<'_>, fit: &Fit) -> bool {
-    let beyond = |channel: Channel| {
-        any_beyond(problem, channel.bit(), closed_cost(channel), |channel| fit.channel_cost[channel as usize])
-    };
-    Channel::ALL.into_iter().any(beyond)
-}
-
 /// Whether a fit leaves a chamber's balance far from white noise.
 pub(crate) fn open_chambers(problem: &Problem<'_>, fit: &Fit) -> bool {
     let chambers = Channel::PressureA.bit() | Channel::PressureB.bit();

@@ -6,7 +6,6 @@ use crate::data::channel::Channel;
 use crate::estimate::likelihood::{COST_OF_NOISE, misfit};
 use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::Balance;
-use crate::select::penalty::closed_cost;
 use crate::select::search::Found;
 
 /// The long-run variance below which a balance is closed.
@@ -21,6 +20,11 @@ fn closed_dispersion(channel: Channel) -> f64 {
 /// Whether a balance of this misfit and long-run variance may be noise.
 pub(crate) fn like_noise(misfit: f64, dispersion: f64) -> bool {
     misfit < constants::like_noise() && dispersion < constants::like_noise()
+}
+
+/// The misfit below which a balance is closed.
+pub(crate) fn closed_cost(channel: Channel) -> f64 {
+    if channel == Channel::Position { constants::closed_cost_force() } else { constants::closed_cost_mass() }
 }
 
 /// The channels that could be judged.

@@ -1,6 +1,6 @@
 //! Which causes are named and which are leads, and the verdict.
 
-use super::closure::{judged, like_noise, misfit_of};
+use super::closure::{closed_cost, judged, like_noise, misfit_of};
 use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
 use crate::constants;
@@ -8,7 +8,6 @@ use crate::data::channel::Channels;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::outcome::{Balance, Cause};
-use crate::select::penalty::closed_cost;
 use crate::select::search::Found;
 use plant_model::Effect;
 use rig_files::Verdict;
