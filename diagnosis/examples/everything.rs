@@ -6,11 +6,10 @@
 //! ```
 
 use diagnosis::{Cause, Gain, diagnose};
-use plant_model::Effect;
 use rig_files::RigFile;
 use std::path::Path;
 use std::time::Instant;
-use synthesis::furnished;
+use synthesis::{furnished, is_furnished_with};
 
 /// Position errors of data sheets, extended rig and noise alone, mm.
 fn errors_mm(gain: &Gain) -> [f64; 3] {
@@ -20,7 +19,7 @@ fn errors_mm(gain: &Gain) -> [f64; 3] {
 
 fn main() {
     let seeds: Result<Vec<u64>, _> = std::env::args().skip(1).map(|seed| seed.parse()).collect();
-    let Ok(seeds) = seeds else {
+    let Some(seeds) = seeds.ok().filter(|seeds| !seeds.is_empty()) else {
         eprintln!("error: seeds are whole numbers, as in `everything 701 702`");
         std::process::exit(2);
     };
@@ -36,12 +35,8 @@ fn main() {
         let start = Instant::now();
         let found = diagnose(&case.rig_file, &log, &|_| {}).expect("a full log");
         let seconds = start.elapsed().as_secs_f64();
-        // A slight incline is a constant force, a null offset a dead zone elsewhere.
-        let mut hidden: Vec<&str> = case.causes.iter().map(|cause| cause.id()).collect();
-        hidden.extend([Effect::ConstantForce.id(), Effect::ValveDeadZone.id()]);
-        let there = |cause: &&Cause| {
-            hidden.contains(&cause.id.as_str()) || cause.ties.iter().any(|tie| hidden.contains(&tie.as_str()))
-        };
+        let there =
+            |cause: &&Cause| is_furnished_with(&case, [&cause.id].into_iter().chain(&cause.ties).map(|id| &id[..]));
         let ids =
             |causes: &[&Cause]| causes.iter().map(|cause| format!("`{}`", cause.id)).collect::<Vec<_>>().join(", ");
         let (right, wrong): (Vec<&Cause>, Vec<&Cause>) = found.causes.iter().partition(there);

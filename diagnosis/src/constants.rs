@@ -259,6 +259,12 @@ constants! {
         opening_curve: f64 = 0.05, "of the value",
             "A table of the valve's opening is known no better than this along its command, on each side.",
             "read off a catalogue's drawing, often of another size of the series; a side of 5 V off by 0.25 V";
+        opening_point: f64 = 0.02, "of the value",
+            "Each point of such a table is known no better.",
+            "read off a drawing to a fiftieth";
+        opening_read: f64 = 0.15, "of full opening",
+            "A point that is less open is known as well as one at this opening.",
+            "a drawing is read to 0.3 % of its height";
         supply_sensor: f64 = 0.005, "of the value",
             "Standard deviation of the supply sensor's offset.",
             "0.3 % of 10 bar: a usual transmitter";
@@ -570,6 +576,9 @@ constants! {
         term_gain: f64 = 25.0, "log-likelihood",
             "A term outside the catalogue must gain this.",
             "three times a cause's penalty: no physics of its own speaks for it";
+        least_term: f64 = 0.05, "of the misfit",
+            "A term is told only if it takes so much of what the part held back would have without it.",
+            "as the least gap that is told of: a twentieth of noise";
         most_terms: usize = 3, "",
             "Terms in one description.",
             "more cannot be read";

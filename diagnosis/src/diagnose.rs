@@ -56,7 +56,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             None => Err(DiagnosisError::NothingToJudge),
         };
     }
-    let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply);
+    let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply, &record.u_v);
     let nominal = Hypothesis::null(&corrected);
     let mut record = between_rows::likelier(rig, &plant, &rows, judgeable, &corrected, &nominal);
     let effort = Effort::default();
@@ -202,12 +202,15 @@ fn held_back_s(record: &Record) -> f64 {
 }
 
 /// Terms outside the catalogue that the balances in `lacking` need in addition to the fit; `None` if there are none.
+///
+/// Over-dispersion, which makes names uncertain, is left out of account: what is described is what makes it.
 fn description(problem: &Problem<'_>, fit: &Fit, lacking: Channels) -> Option<Description> {
+    let problem = &problem.with_white_noise();
     let extended = foreign_terms::extend(problem, fit, lacking, constants::most_terms());
     let found =
         (!extended.terms.is_empty()).then(|| foreign_terms::describe(problem, &problem.held_back(), fit, extended));
     // What does not hold on the part held back describes only the part it was fitted to.
-    found.filter(|found| found.holdout_share.is_nan() || found.holdout_share > 0.0)
+    found.filter(|found| !found.terms.is_empty() && (found.holdout_share.is_nan() || found.holdout_share > 0.0))
 }
 
 fn evidence(problem: &Problem<'_>, innovations: [Innovations; 2], overlay: Overlay) -> Evidence {

@@ -70,10 +70,14 @@ pub struct Supported {
     pub gain: Option<f64>,
 }
 
+/// The key of the table of the opening.
+pub(crate) const OPENING: &str = "valve.opening";
+
 /// A nominal value, corrected within a few of its stated tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
-    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`; `p_sup_pa` for the mean of the supply as measured.
+    /// Full rig key, e.g. `valve.fill_coefficient_kg_per_s_pa`; `p_sup_pa` for the mean of the supply as measured;
+    /// `valve.opening[K]` for the opening of point K of the table, counted from 0.
     pub name: String,
     /// Value of the rig file; of the log, for a column.
     pub nominal: f64,
@@ -86,6 +90,18 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Whether it is a point of the table of the opening, of which there are many.
+    #[must_use]
+    pub fn is_opening_point(&self) -> bool {
+        self.name.starts_with(OPENING)
+    }
+
+    /// The correction relative to the nominal value; `None` where that is zero.
+    #[must_use]
+    pub fn relative(&self) -> Option<f64> {
+        (self.nominal != 0.0).then(|| self.value / self.nominal - 1.0)
+    }
+
     /// The correction in stated tolerances.
     #[must_use]
     pub fn tolerances(&self) -> f64 {

@@ -74,14 +74,16 @@ pub(crate) const LARGEST_BREAKAWAY_RATIO: f64 = 0.95;
 impl<R: Real> LuGre<R> {
     /// Whether `alpha` is zero for certain, without looking at the sliding force.
     #[inline(always)]
-    pub(crate) fn is_elastic(&self, z: R, v: R) -> bool {
+    #[must_use]
+    pub fn is_elastic(&self, z: R, v: R) -> bool {
         let deflecting = v * z > R::ZERO;
         !deflecting || z.abs() <= self.elastic_m
     }
 
     /// Force and bristle rate where [`LuGre::is_elastic`].
     #[inline(always)]
-    pub(crate) fn elastic_response(&self, z: R, v: R) -> Response<R> {
+    #[must_use]
+    pub fn elastic_response(&self, z: R, v: R) -> Response<R> {
         Response {
             force_n: self.stiffness * z + self.damping * v + self.viscous * v,
             bristle_rate: v,

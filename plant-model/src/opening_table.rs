@@ -110,6 +110,13 @@ impl<R: Real> OpeningTable<R> {
         moved
     }
 
+    /// Changes the opening of a point; beyond the last one nothing.
+    pub fn set_opening(&mut self, point: usize, opening: R) {
+        if let Some(point) = self.points[..usize::from(self.count)].get_mut(point) {
+            point[1] = opening;
+        }
+    }
+
     /// The table in another scalar type.
     #[must_use]
     pub fn convert<S: Real>(&self) -> OpeningTable<S> {

@@ -85,6 +85,8 @@ pub struct Plant<R> {
     /// `(A_a - A_b) / M`, m/(s2 Pa).
     pub(crate) uneven_acceleration_per_pa: R,
     pub(crate) minimum_level_n: R,
+    /// No sliding force lies below, at any state, N.
+    least_level_n: R,
     pub(crate) level_varies: bool,
     /// A spring in place of chamber B's air.
     pub(crate) single_acting: bool,
@@ -224,6 +226,10 @@ impl<R: Real> Plant<R> {
         let plugged = Orifices { fill: R::ZERO, exhaust: R::ZERO, iso6358: None, hose: None, cushion: None };
         let orifices_b = if single_acting { plugged } else { orifices(&model.valve_b) };
         let linear = |o: &Orifices<R>| o.iso6358.is_none() && o.hose.is_none() && o.cushion.is_none();
+        let minimum_level_n = R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n;
+        let least_level_n = added
+            .least_sliding_n(model.coulomb_n.at_most(model.static_n), model.half_stroke_m)
+            .at_least(minimum_level_n);
         let weight_n = model.mass_kg * model.gravity_m_per_s2;
         let level_varies = added.changes_sliding_force();
         let stroke_m = model.half_stroke_m + model.half_stroke_m;
@@ -243,9 +249,7 @@ impl<R: Real> Plant<R> {
                 static_n: model.static_n,
                 inverse_stribeck_velocity: R::ONE / model.stribeck_velocity_m_per_s,
                 breakaway_m: model.breakaway_m,
-                elastic_m: model.breakaway_m.at_most(
-                    R::of(LARGEST_BREAKAWAY_RATIO) * model.coulomb_n.at_most(model.static_n) / model.stiffness,
-                ),
+                elastic_m: model.breakaway_m.at_most(R::of(LARGEST_BREAKAWAY_RATIO) * least_level_n / model.stiffness),
             },
             energy: rig.gas.gas_constant_j_per_kg_k * model.exponent * rig.gas.temperature_k,
             minimum_volume_a_m3: minimum_volume(model.area_a_m2),
@@ -254,7 +258,8 @@ impl<R: Real> Plant<R> {
             acceleration_per_pa: model.area_b_m2 / model.mass_kg,
             uneven_area_m2,
             uneven_acceleration_per_pa: uneven_area_m2 / model.mass_kg,
-            minimum_level_n: R::of(MINIMUM_LEVEL_RATIO) * model.coulomb_n,
+            minimum_level_n,
+            least_level_n,
             level_varies,
             single_acting,
             extended: level_varies
@@ -303,7 +308,7 @@ impl<R: Real> Plant<R> {
     /// A force in N below which no sliding force lies, at any state.
     #[must_use]
     pub fn least_friction_level_n(&self) -> R {
-        if self.level_varies { self.minimum_level_n } else { self.lugre.coulomb_n.at_most(self.lugre.static_n) }
+        self.least_level_n
     }
 
     /// Friction force and bristle rate at a state (3.9, 3.10), effects included, with partial derivatives. Resting pistons
@@ -312,7 +317,7 @@ impl<R: Real> Plant<R> {
     #[must_use]
     pub fn friction_at(&self, state: &State<R>) -> Response<R> {
         let (z, v) = (state.z_m, state.v_m_per_s);
-        if !self.level_varies && self.lugre.is_elastic(z, v) {
+        if self.lugre.is_elastic(z, v) {
             return self.lugre.elastic_response(z, v);
         }
         self.lugre.respond(z, v, &self.friction_level(state))

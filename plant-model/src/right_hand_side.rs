@@ -248,7 +248,7 @@ impl<R: Real> Plant<R> {
         let m = &self.model;
         let (y, v, p_a, p_b) = (state.y_m, state.v_m_per_s, state.p_a_pa, state.p_b_pa);
         // First, because its exponential and its sine are calls, which cost the least while nothing else is under way.
-        let (friction, level_by_y, level_by_p) = if !self.level_varies && self.lugre.is_elastic(state.z_m, v) {
+        let (friction, level_by_y, level_by_p) = if self.lugre.is_elastic(state.z_m, v) {
             (self.lugre.elastic_response(state.z_m, v), R::ZERO, R::ZERO)
         } else {
             let (level, by_y, by_p) = self.level::<EXTENDED, PARTIALS>(state);

@@ -7,7 +7,7 @@ use crate::law::Law;
 use crate::physics::Physics;
 use crate::reading::Reading;
 use crate::recording::record;
-use plant_model::Rig;
+use plant_model::{OpeningTable, Rig};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Log, RigFile, RigKey, Tolerance, rig_key};
@@ -66,6 +66,22 @@ pub fn true_rig(nominal: &Rig<f64>, relative: f64, rng: &mut Xoshiro256PlusPlus)
     // Presliding must stay below sliding (3.13), whatever the friction forces came to.
     rig.friction.breakaway_m *= coulomb.min(1.0);
     rig
+}
+
+/// A table of the opening as its valve has it: the points between closed and full are each off by the relative standard error
+/// `relative` from what was read off a drawing. The table as it was where that would not rise.
+#[must_use]
+pub fn true_opening(read: &OpeningTable<f64>, relative: f64, rng: &mut Xoshiro256PlusPlus) -> OpeningTable<f64> {
+    let mut error = || -> f64 {
+        let normal: f64 = StandardNormal.sample(rng);
+        1.0 + relative * normal.clamp(-CUT, CUT)
+    };
+    let point = |[u, opening]: &[f64; 2]| {
+        let between = *opening != 0.0 && opening.abs() < 1.0;
+        [*u, if between { (opening * error()).clamp(-1.0, 1.0) } else { *opening }]
+    };
+    let points: Vec<[f64; 2]> = read.points().iter().map(point).collect();
+    OpeningTable::new(&points).unwrap_or(*read)
 }
 
 /// How the rig file states the tolerance of its values.

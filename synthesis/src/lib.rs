@@ -46,12 +46,12 @@ mod specimen;
 pub mod strength;
 mod varied;
 
-pub use case::{Case, Stated, UNCERTAIN_KEYS, true_rig};
+pub use case::{Case, Stated, UNCERTAIN_KEYS, true_opening, true_rig};
 pub use cause::{Cause, CauseError, Which};
 pub use chain::Chain;
 pub use experiment::{Demand, Experiment, Periodic, Player, Reference, Segment, Wave};
 pub use foreign::{Foreign, ForeignParameter};
-pub use furnished::furnished;
+pub use furnished::{furnished, is_furnished_with};
 pub use law::{Controller, Law};
 pub use physics::Physics;
 pub use reading::Reading;

@@ -76,7 +76,7 @@ fn with_problem<T>(rig: &RigFile, log: &Log, use_it: impl FnOnce(&Problem<'_>, &
     if judgeable & !Channel::Supply.bit() == 0 {
         return None;
     }
-    let nominal = nominal::nominal_parameters(rig, judgeable, record.available.supply);
+    let nominal = nominal::nominal_parameters(rig, judgeable, record.available.supply, &record.u_v);
     let (signals, effort) = (Signals::default(), Effort::default());
     // A forecast takes all of the log.
     let problem = Problem::new((rig, &record), judgeable, &nominal, (&signals, &effort)).on(record.stretches.clone());

@@ -4,7 +4,7 @@ use crate::constants;
 use crate::data::channel::Channel;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::parameter::Slot;
-use crate::outcome::Calibration;
+use crate::outcome::{Calibration, OPENING};
 
 /// The nominal values that a fit corrects by a significant and visible amount.
 pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> {
@@ -16,9 +16,10 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let Some(tolerance) = parameter.tolerance else { continue };
         // Name, nominal and corrected value; a sensor's offset is told by the mean of its column.
         let (name, nominal, corrected) = match parameter.slot {
-            Slot::SupplySensor => (Channel::Supply.column(), shown_pa, shown_pa - value),
+            Slot::SupplySensor => (Channel::Supply.column().to_string(), shown_pa, shown_pa - value),
+            Slot::Opening(point) => (format!("{OPENING}[{point}]"), parameter.neutral, *value),
             slot => match slot.stated_key() {
-                Some(key) => (key, parameter.neutral, *value),
+                Some(key) => (key.to_string(), parameter.neutral, *value),
                 None => continue,
             },
         };
@@ -26,7 +27,7 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { tolerance };
         let moved = (value - parameter.neutral).abs();
         if moved > constants::calibrated_sigmas() * std_error && moved > 0.1 * tolerance {
-            out.push(Calibration { name: name.to_string(), nominal, value: corrected, std_error, tolerance });
+            out.push(Calibration { name, nominal, value: corrected, std_error, tolerance });
         }
     }
     out

@@ -5,6 +5,7 @@ use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::Channels;
 use nalgebra::DVector;
+use plant_model::effects::identification::StandsFor;
 use plant_model::similarity::size_exponent;
 use plant_model::{Effect, Effects, Plant};
 use rig_files::RigFile;
@@ -21,6 +22,20 @@ impl Hypothesis {
     /// No effects: nominal values only.
     pub(crate) fn null(nominal: &[Parameter]) -> Self {
         Self { effects: Vec::new(), parameters: nominal.to_vec(), values: nominal.iter().map(|p| p.neutral).collect() }
+    }
+
+    /// The same without the points of the table of the opening, which stay as stated.
+    pub(crate) fn with_table_as_stated(&self) -> Self {
+        let pairs = self.parameters.iter().zip(&self.values);
+        let (parameters, values) = pairs.filter(|(p, _)| !matches!(p.slot, Slot::Opening(_))).unzip();
+        Self { effects: self.effects.clone(), parameters, values }
+    }
+
+    /// The same with the values of another hypothesis, as far as that has them.
+    pub(crate) fn with_values_of(&self, other: &Self) -> Self {
+        let value = |(p, value): (&Parameter, &f64)| other.value(p.slot).unwrap_or(*value);
+        let values = self.parameters.iter().zip(&self.values).map(value).collect();
+        Self { values, ..self.clone() }
     }
 
     /// The same with one more effect; all other parameters stay free and keep their values. What the rig file states for that
@@ -86,11 +101,19 @@ impl Hypothesis {
         let identification = effect.identification();
         let stands_for = &identification.stands_for;
         let mut start = start.to_vec();
+        // Where both sides are corrected, what they have in common is where the factor begins: the fit is there already.
+        let sides = self.common_factor(stands_for);
+        let common = sides.unwrap_or(1.0);
+        if let (Some(_), Some(first), Some(parameter)) = (sides, start.first_mut(), parameters.first()) {
+            *first = parameter.neutral * common;
+        }
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
+            let taken = if is_side_of(parameter, stands_for) { common } else { 1.0 };
+            let value = &(value / taken).clamp(parameter.min, parameter.max);
             let replacing = match parameter.slot {
                 Slot::Nominal(key) => stands_for.parameter_of(key.path),
                 Slot::Stated(stated, _) if stated == effect => continue,
-                Slot::Effect(..) | Slot::Stated(..) | Slot::Term(_) | Slot::SupplySensor => None,
+                Slot::Effect(..) | Slot::Stated(..) | Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => None,
             };
             if let Some(place) = replacing {
                 start[place] = stands_for.take_over(start[place], *value, parameter.neutral);
@@ -136,7 +159,7 @@ impl Hypothesis {
                 Slot::Effect(other, index) | Slot::Stated(other, index) => {
                     other.identification().length_exponents[index]
                 }
-                Slot::Term(_) | Slot::SupplySensor => 0,
+                Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => 0,
             };
             let by = match exponent {
                 0 => 1.0,
@@ -157,7 +180,7 @@ impl Hypothesis {
             let exponent = match parameter.slot {
                 Slot::Nominal(key) => size_exponent(key.name),
                 Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
-                Slot::Term(_) | Slot::SupplySensor => 0,
+                Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => 0,
             };
             f64::from(exponent) * value / parameter.scale
         };
@@ -171,6 +194,14 @@ impl Hypothesis {
                 *value = (*value * factor).clamp(parameter.min, parameter.max);
             }
         }
+    }
+
+    /// What the values of a rig's two sides have in common of their correction, where an effect is a factor on both: the geometric
+    /// mean. `None` where they are not corrected side by side.
+    fn common_factor(&self, stands_for: &StandsFor) -> Option<f64> {
+        let pairs = self.parameters.iter().zip(&self.values).filter(|(p, _)| is_side_of(p, stands_for));
+        let (sum, count) = pairs.fold((0.0, 0), |(sum, count), (p, value)| (sum + (value / p.neutral).ln(), count + 1));
+        (count > 0).then(|| (sum / f64::from(count)).exp())
     }
 
     /// The same without one effect; nominal values that it replaced are fitted again, from an equivalent value.
@@ -190,6 +221,10 @@ impl Hypothesis {
         if let (Some(neutral), Some(first)) = (neutral, removed.first()) {
             out.scale_keys(identification.carries_along, first / neutral);
             out.move_in_step(effect, neutral / first);
+        }
+        if let Some(factor) = removed.first() {
+            let sides = out.parameters.iter().zip(&mut out.values).filter(|(p, _)| is_side_of(p, stands_for));
+            sides.for_each(|(p, value)| *value = (*value * factor).clamp(p.min, p.max));
         }
         for parameter in nominal {
             if matches!(parameter.slot, Slot::Stated(stated, _) if stated == effect) {
@@ -321,6 +356,10 @@ impl Hypothesis {
                     key.set(&mut out.rig, *value);
                     continue;
                 }
+                Slot::Opening(point) => {
+                    out.rig.opening.set_opening(point, *value);
+                    continue;
+                }
                 Slot::Effect(effect, index) => (effect, index, None),
                 Slot::Stated(effect, index) => (effect, index, base.effects.get(effect)),
             };
@@ -353,6 +392,13 @@ impl Hypothesis {
     }
 }
 
+/// Whether a parameter corrects the value of one side of the rig that an effect changes on both.
+fn is_side_of(parameter: &Parameter, stands_for: &StandsFor) -> bool {
+    matches!(parameter.slot, Slot::Nominal(key)
+        if matches!(stands_for, StandsFor::FactorOn(_))
+            && key.both_sides().is_some_and(|both| stands_for.parameter_of(both.path).is_some()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -371,5 +417,36 @@ mod tests {
         assert_eq!(apart, [0.3, 0.1]);
         assert_eq!([0, 1].map(|index| h.open_side(&h.values, index, 0.01)), [1.0, -1.0]);
         assert_eq!([0, 1].map(|index| h.open_side(&apart, index, 0.01)), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_factor_on_both_sides_begins_with_what_they_have_in_common_and_gives_it_back() {
+        let rig = RigFile::read(std::path::Path::new("../rigs/festo-dgc-25-500.toml")).expect("a shipped rig");
+        let nominal = crate::model::nominal::nominal_parameters(&rig, 0b0011, true, &[-5.0, 5.0]);
+        let sides = ["a", "b"].map(|side| format!("valve.exhaust_conductance_{side}_m3_per_s_pa"));
+        let is = |p: &Parameter, path: &str| p.slot.stated_key() == Some(path);
+        let mut strained = Hypothesis::null(&nominal);
+        let places = sides.map(|path| nominal.iter().position(|p| is(p, &path)).expect("corrected"));
+        for (place, factor) in places.into_iter().zip([0.8, 0.9]) {
+            strained.values[place] = factor * nominal[place].neutral;
+        }
+        let factors = |h: &Hypothesis| {
+            places.map(|place| {
+                let of = |p: &Parameter| p.slot == nominal[place].slot;
+                let found = h.parameters.iter().position(of).expect("kept");
+                h.values[found] / nominal[place].neutral
+            })
+        };
+        let effect = Effect::ExhaustCoefficient;
+        let parameters = effect_parameters(&rig, effect, 0b0011, &Quality::default());
+        let with = strained.with(effect, parameters, &[0.8], false);
+        let common = (0.8_f64 * 0.9).sqrt();
+        assert!((with.values_of(effect)[0] - common).abs() < 1e-12);
+        for (found, factor) in factors(&with).into_iter().zip([0.8, 0.9]) {
+            assert!((found - factor / common).abs() < 1e-12, "{found}");
+        }
+        for (found, factor) in factors(&with.without(effect, &nominal)).into_iter().zip([0.8, 0.9]) {
+            assert!((found - factor).abs() < 1e-12, "{found}");
+        }
     }
 }

@@ -4,6 +4,7 @@ use super::effects;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
+use plant_model::Effect;
 use rig_files::{RigFile, RigKey, all_keys};
 
 const A: Channels = Channel::PressureA.bit();
@@ -95,8 +96,13 @@ fn by_default(rig: &RigFile, path: &str, supply_measured: bool) -> f64 {
     }
 }
 
-/// The nominal values to correct on this rig.
-pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_measured: bool) -> Vec<Parameter> {
+/// The nominal values to correct on this rig with the commands of a log, V.
+pub(crate) fn nominal_parameters(
+    rig: &RigFile,
+    judgeable: Channels,
+    supply_measured: bool,
+    commands_v: &[f64],
+) -> Vec<Parameter> {
     let mut out = Vec::new();
     for key in all_keys() {
         let default = corrected(rig, key);
@@ -131,6 +137,8 @@ pub(crate) fn nominal_parameters(rig: &RigFile, judgeable: Channels, supply_meas
         }
     }
     out.extend(stated_parameters(rig, judgeable));
+    out.extend(delay_beside_lag(rig, judgeable));
+    out.extend(opening_points(rig, judgeable, commands_v));
     if supply_measured {
         let tolerance = constants::supply_sensor() * rig.rig.supply.pressure_pa;
         let farthest = constants::farthest_nominal() * tolerance;
@@ -171,4 +179,110 @@ fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
         }
     }
     out
+}
+
+/// The delay of a valve whose lag the rig file states with a tolerance, but no delay: data sheets describe a valve by one number,
+/// and a spool of higher order acts later than one time constant says. As far as that is uncertain, so is the delay.
+fn delay_beside_lag(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
+    let channels = effects::channels(Effect::LineDelay) & judgeable;
+    let lag = |(effect, ..): &(Effect, usize, f64)| *effect == Effect::ValveLag;
+    let (.., relative) = rig.tolerance.effect_entries(&rig.effects).find(lag)?;
+    let lag_s = rig.effects.get(Effect::ValveLag)?.first()?;
+    let tolerance = relative * lag_s;
+    (tolerance > 0.0 && channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then(|| Parameter {
+        slot: Slot::Stated(Effect::LineDelay, 0),
+        neutral: 0.0,
+        scale: tolerance,
+        negligible: 0.0,
+        tolerance: Some(tolerance),
+        min: 0.0,
+        max: constants::farthest_nominal() * tolerance,
+        channels,
+    })
+}
+
+/// The points of a table of the opening between closed and full, as far as the commands reach. The slopes of the two sides take
+/// up what all points of one have in common.
+fn opening_points(rig: &RigFile, judgeable: Channels, commands_v: &[f64]) -> Vec<Parameter> {
+    let default = rig.tolerance.default;
+    let channels = (A | B) & judgeable;
+    if default == 0.0 || channels == 0 {
+        return Vec::new();
+    }
+    let points = rig.rig.opening.points();
+    let (least_v, most_v) =
+        commands_v.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+    let at = |point: usize| points.get(point).map(|[command_v, _]| *command_v);
+    let reached = |point: usize| {
+        let before = point.checked_sub(1).and_then(at).unwrap_or(f64::NEG_INFINITY);
+        before < most_v && at(point + 1).unwrap_or(f64::INFINITY) > least_v
+    };
+    let parameter = |(point, [_, opening]): (usize, &[f64; 2])| {
+        let side = SLOPES[usize::from(*opening < 0.0)];
+        let relative = default.max(constants::opening_point()).min(rig.tolerance.own(side).unwrap_or(f64::INFINITY));
+        let tolerance = relative * opening.abs().max(constants::opening_read());
+        // As with weather: many that move one flow would take up a coefficient.
+        let farthest = constants::weather_farthest() * tolerance;
+        let between = tolerance > 0.0 && *opening != 0.0 && opening.abs() < 1.0;
+        // A point stays on its side of closed and of full.
+        let [near, far] = [0.1 * opening, opening.signum()];
+        (between && reached(point)).then(|| Parameter {
+            slot: Slot::Opening(point),
+            neutral: *opening,
+            scale: tolerance,
+            negligible: 0.0,
+            tolerance: Some(tolerance),
+            min: (opening - farthest).max(near.min(far)),
+            max: (opening + farthest).min(near.max(far)),
+            channels,
+        })
+    };
+    points.iter().enumerate().filter_map(parameter).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plant_model::OpeningTable;
+
+    fn of_table(commands_v: &[f64], change: impl Fn(&mut RigFile)) -> Vec<Slot> {
+        let mut rig = RigFile::paper_a();
+        let points = [[-5.0, -1.0], [-2.0, -0.5], [-0.4, 0.0], [0.5, 0.0], [1.0, 0.1], [3.0, 0.8], [4.5, 1.0]];
+        rig.rig.opening = OpeningTable::new(&points).expect("a table");
+        rig.tolerance.default = 0.02;
+        change(&mut rig);
+        nominal_parameters(&rig, A | B, false, commands_v).into_iter().map(|p| p.slot).collect()
+    }
+
+    #[test]
+    fn the_points_of_a_table_are_corrected_between_closed_and_full_as_far_as_commands_reach() {
+        let points = |commands_v: &[f64], change: &dyn Fn(&mut RigFile)| -> Vec<usize> {
+            let slots = of_table(commands_v, change);
+            slots
+                .into_iter()
+                .filter_map(|slot| if let Slot::Opening(point) = slot { Some(point) } else { None })
+                .collect()
+        };
+        assert_eq!(points(&[-5.0, 5.0], &|_| {}), [1, 4, 5]);
+        assert_eq!(points(&[-0.1, 0.7], &|_| {}), [4]);
+        assert_eq!(points(&[-5.0, 5.0], &|rig| rig.tolerance.default = 0.0), [0; 0]);
+        // A side that is said to be exact.
+        let exact = |rig: &mut RigFile| assert!(rig.tolerance.set(SLOPES[0], 0.0));
+        assert_eq!(points(&[-5.0, 5.0], &exact), [1]);
+    }
+
+    #[test]
+    fn a_lag_that_is_stated_with_a_tolerance_leaves_a_delay_that_is_not() {
+        let late =
+            |change: &dyn Fn(&mut RigFile)| of_table(&[0.0], change).contains(&Slot::Stated(Effect::LineDelay, 0));
+        let lag = |rig: &mut RigFile| {
+            rig.effects.set(Effect::ValveLag, &[0.002]);
+            rig.tolerance.set_effect(Effect::ValveLag, 0, 0.3);
+        };
+        assert!(!late(&|_| {}) && late(&lag));
+        assert!(!late(&|rig| {
+            lag(rig);
+            rig.effects.set(Effect::LineDelay, &[0.003]);
+        }));
+    }
 }

@@ -10,6 +10,8 @@ use rig_files::RigKey;
 pub(crate) enum Slot {
     /// A nominal value of the rig, corrected within its tolerance.
     Nominal(&'static RigKey),
+    /// The opening of a point of the rig's table, corrected within its tolerance.
+    Opening(usize),
     /// What the supply's sensor shows too much, Pa.
     SupplySensor,
     /// A parameter of an effect that is a possible cause.
@@ -26,7 +28,7 @@ impl Slot {
         match self {
             Self::Nominal(key) => Some(key.path),
             Self::Stated(effect, index) => Some(effect.info().parameters[*index].key),
-            Self::Effect(..) | Self::Term(_) | Self::SupplySensor => None,
+            Self::Effect(..) | Self::Term(_) | Self::Opening(_) | Self::SupplySensor => None,
         }
     }
 }
@@ -37,7 +39,7 @@ impl PartialEq for Slot {
             (Self::Nominal(one), Self::Nominal(other)) => one.path == other.path,
             (Self::Effect(one, index), Self::Effect(other, other_index))
             | (Self::Stated(one, index), Self::Stated(other, other_index)) => (one, index) == (other, other_index),
-            (Self::Term(one), Self::Term(other)) => one == other,
+            (Self::Term(one), Self::Term(other)) | (Self::Opening(one), Self::Opening(other)) => one == other,
             (Self::SupplySensor, Self::SupplySensor) => true,
             _ => false,
         }
@@ -71,7 +73,7 @@ impl Parameter {
                 let stands_for = &effect.identification().stands_for;
                 matches!(stands_for, StandsFor::ValuesOf(_)) && stands_for.parameter_of(path) == Some(index)
             }
-            Slot::Term(_) | Slot::SupplySensor => false,
+            Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => false,
         }
     }
 }

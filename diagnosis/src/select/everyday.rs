@@ -28,9 +28,10 @@ pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
         let start: Vec<f64> = parameters.iter().map(|p| p.neutral).collect();
         all = all.extended_by(effect, parameters, &start);
     }
-    // Mechanics first as an equation error, which has one minimum; then as predictions.
-    let begun = problem.judging(Mechanics::Momentum).refit(all, problem.judgeable, constants::iterations())?;
-    let levelled = best_breakaway(problem, begun.hypothesis);
+    // Mechanics first as an equation error, which has one minimum; then as predictions. A table's points come last, as in the search.
+    let coarse = all.with_table_as_stated();
+    let begun = problem.judging(Mechanics::Momentum).refit(coarse, problem.judgeable, constants::iterations())?;
+    let levelled = best_breakaway(problem, all.with_values_of(&begun.hypothesis));
     let fit = problem.refit(levelled, problem.judgeable, constants::iterations())?;
     let fit = problem.refit(best_breakaway(problem, fit.hypothesis), problem.judgeable, constants::iterations())?;
     let mut fit = match problem.coordinate_search(&fit, Channel::Position.bit()) {

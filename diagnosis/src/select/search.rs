@@ -68,7 +68,13 @@ pub(crate) fn search(
 ) -> Option<Found> {
     let mut memory = Memory::default();
     progress("nominal model");
-    let null = problem.fit(nominal.clone(), constants::iterations())?;
+    // The points of a table move next to nothing of what is wrong, but all at once they lead a fit astray: they come last.
+    let coarse = problem.fit(nominal.with_table_as_stated(), constants::iterations())?;
+    let null = if coarse.hypothesis.parameters.len() == nominal.parameters.len() {
+        coarse
+    } else {
+        problem.fit(nominal.with_values_of(&coarse.hypothesis), constants::iterations())?
+    };
     let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
     let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);

@@ -4,6 +4,7 @@
 //! everything else, as long as each gains enough. The result is a description, never a name. It also tests the names: a
 //! cause that such a term makes needless had only compensated for what the catalogue lacks.
 
+use crate::balances::term_library::Term;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
@@ -64,24 +65,37 @@ pub(crate) fn replaces(problem: &Problem<'_>, best: &Fit, effect: Effect, withou
     !other.terms.is_empty() && other.fit.cost(problem) < best.cost(problem) - constants::term_gain()
 }
 
-/// Words and figures for the terms added to `from`; `held` is the part of the log held back.
+/// Words and figures for the terms added to `from` that hold on `held`, the part of the log held back: those that take at least
+/// [`constants::least_term`] of what would be left there without them, in the balances they act on, the largest first.
 pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, extended: Extended) -> Description {
     let Extended { fit, terms } = extended;
     let fit = problem.with_errors(fit);
+    let touched = terms.iter().fold(0, |all, index| all | problem.terms[*index].channels);
+    let on_held = |hypothesis: &Hypothesis, channels: Channels| {
+        held.evaluate_as_is(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, channels))
+    };
+    let taken = |without: &Hypothesis, channels: Channels| {
+        1.0 - on_held(&fit.hypothesis, channels) / on_held(without, channels)
+    };
+    let share = |place: usize, term: &Term| {
+        let mut without = fit.hypothesis.clone();
+        without.values[place] = 0.0;
+        taken(&without, term.channels)
+    };
     let found = fit.hypothesis.parameters.iter().enumerate().filter_map(|(place, parameter)| match parameter.slot {
-        Slot::Term(index) => Some((place, &problem.terms[index])),
+        Slot::Term(index) => Some((place, &problem.terms[index], share(place, &problem.terms[index]))),
         _ => None,
     });
-    let missing = found.map(|(place, term)| MissingTerm {
+    // Where nothing is held back the share is not known.
+    let holds = |share: f64| share.is_nan() || share >= constants::least_term();
+    let mut found: Vec<_> = found.filter(|(.., share)| holds(*share)).collect();
+    found.sort_by(|(.., a), (.., b)| b.total_cmp(a));
+    let missing = found.into_iter().map(|(place, term, _)| MissingTerm {
         channels: Channel::ALL.into_iter().filter(|c| term.channels & c.bit() != 0).collect(),
         words: term.words,
         formula: term.formula.clone(),
         factor: fit.hypothesis.values[place],
         std_error: fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)].max(0.0).sqrt()),
     });
-    let touched = terms.iter().fold(0, |all, index| all | problem.terms[*index].channels);
-    let on_held = |hypothesis: &Hypothesis| {
-        held.evaluate_as_is(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, touched))
-    };
-    Description { terms: missing.collect(), holdout_share: 1.0 - on_held(&fit.hypothesis) / on_held(&from.hypothesis) }
+    Description { terms: missing.collect(), holdout_share: taken(&from.hypothesis, touched) }
 }

@@ -22,6 +22,11 @@ impl<R: Real> Term<R> for Terms<R> {
     fn slide<const PARTIALS: bool>(&self, seal: &Seal<R>, sum: &mut Sliding<R>) {
         sum.factor = sum.factor * (R::ONE + self.asymmetry * seal.v_m_per_s.sign());
     }
+
+    #[inline]
+    fn slide_least(&self, _half_stroke_m: R, sum: &mut Sliding<R>) {
+        sum.factor = sum.factor * (R::ONE - self.asymmetry.abs());
+    }
 }
 
 pub(super) struct FrictionAsymmetry;

@@ -37,6 +37,11 @@ impl<R: Real> Term<R> for Terms<R> {
         sum.place = sum.place + self.slope * seal.y_m + wave;
         sum.place_by_position += self.slope + wave_slope;
     }
+
+    #[inline]
+    fn slide_least(&self, half_stroke_m: R, sum: &mut Sliding<R>) {
+        sum.place -= self.slope.abs() * half_stroke_m + self.amplitude.abs();
+    }
 }
 
 /// A step of the wavelength that a fit feels: more would skip a wave on a long stroke.

@@ -145,6 +145,13 @@ macro_rules! catalogue {
                 false $(|| self.$module.changes_sliding_force())+
             }
 
+            /// Of the sliding force `plain_n`, the least that can be left anywhere in the stroke, N.
+            pub(crate) fn least_sliding_n(&self, plain_n: R, half_stroke_m: R) -> R {
+                let mut sum = Sliding::at(plain_n);
+                $(self.$module.slide_least(half_stroke_m, &mut sum);)+
+                sum.loaded_n * sum.factor * sum.place
+            }
+
             #[inline(always)]
             pub(crate) fn flow(&self, chamber: &Chamber<R>, sum: &mut ChamberFlow<R>) {
                 $(self.$module.flow(chamber, sum);)+

@@ -118,6 +118,10 @@ pub(crate) trait Term<R: Real>: Copy + Default + PartialEq {
     #[inline(always)]
     fn slide<const PARTIALS: bool>(&self, _seal: &Seal<R>, _sum: &mut Sliding<R>) {}
 
+    /// The most that it can take from the sliding force anywhere in the stroke.
+    #[inline]
+    fn slide_least(&self, _half_stroke_m: R, _sum: &mut Sliding<R>) {}
+
     /// Changes what the sensors show.
     #[inline(always)]
     fn sense(&self, _shown: &mut Measurement<R>) {}

@@ -1,7 +1,7 @@
 //! Whatever the parameters, as long as they are valid: finite states, positive volumes and pressures, a bounded
 //! bristle, no panic.
 
-use plant_model::{Effect, Effects, OpeningTable, RIG_KEYS, Rig, Simulator, Stepper, rig_key};
+use plant_model::{Effect, Effects, OpeningTable, Plant, RIG_KEYS, Rig, Simulator, State, Stepper, rig_key};
 use proptest::prelude::*;
 
 /// A paper rig with every parameter scaled by up to ten either way within its range, repaired where values depend on each
@@ -155,6 +155,36 @@ proptest! {
             }
         }
         prop_assert_eq!(simulator.stepper().forced_steps(), 0);
+    }
+
+    #[test]
+    fn no_sliding_force_lies_below_the_least_and_the_short_way_of_elastic_bristles_is_the_long_one(
+        rig in any_rig(),
+        asymmetry in -0.95f64..0.95,
+        along in (-0.95f64..0.95, -0.95f64..0.95, 0.01f64..0.5),
+        growth in 0.0f64..1.0e-4,
+        (y, v, z) in (-1.0f64..1.0, -2.0f64..2.0, -1.5f64..1.5),
+        pressures in (0.0f64..1.0e6, 0.0f64..1.0e6),
+    ) {
+        let effects = Effects::none()
+            .with(Effect::FrictionAsymmetry, &[asymmetry])
+            .with(Effect::FrictionPosition, &[along.0, along.1, along.2])
+            .with(Effect::FrictionPressure, &[growth]);
+        let plant = Plant::new(&rig, &effects).expect("a valid rig");
+        let mut state = State {
+            y_m: y * plant.half_stroke_m(),
+            v_m_per_s: v,
+            p_a_pa: pressures.0,
+            p_b_pa: pressures.1,
+            ..State::default()
+        };
+        let level = plant.friction_level(&state);
+        let least_n = plant.least_friction_level_n();
+        prop_assert!(level.force_n >= least_n * (1.0 - 1.0e-12), "{:?} {}", level, least_n);
+        state.z_m = z * level.force_n / rig.friction.stiffness_n_per_m;
+        let (short, long) = (plant.friction_at(&state), plant.friction().respond(state.z_m, v, &level));
+        prop_assert_eq!(short.force_n, long.force_n);
+        prop_assert_eq!(short.bristle_rate, long.bristle_rate);
     }
 
     #[test]

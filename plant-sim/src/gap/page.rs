@@ -324,7 +324,7 @@ fn calibration(page: &mut Page, diagnosis: &Diagnosis) {
             format!("`{}`", value.name),
             quantity(&value.name, value.nominal),
             with_error(&value.name, value.value, value.std_error),
-            format!("{:+.1} %", 100.0 * (value.value / value.nominal - 1.0)),
+            value.relative().map_or(String::new(), |relative| format!("{:+.1} %", 100.0 * relative)),
             how_far(value),
         ]);
     }

@@ -74,6 +74,11 @@ pub(crate) fn how_far(value: &Calibration) -> String {
     }
 }
 
+/// A correction in percent, to be followed by something else.
+fn percent(value: &Calibration) -> String {
+    value.relative().map_or(String::new(), |relative| format!("{:+.1} %, ", 100.0 * relative))
+}
+
 /// Share of the avoidable error that is gone: 1 when the extended rig predicts as well as noise allows; `None` where
 /// there is nothing to close.
 pub(crate) fn closed(baseline: f64, extended: f64, floor: f64) -> Option<f64> {
@@ -140,11 +145,23 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         let words: Vec<&str> = description.terms.iter().map(|term| term.words).collect();
         let _ = writeln!(text, "\nThe model lacks a term like {}: a description, not a cause.", words.join(", and "));
     }
-    for value in &diagnosis.calibration {
-        let percent = 100.0 * (value.value / value.nominal - 1.0);
+    let (points, values): (Vec<&Calibration>, Vec<&Calibration>) =
+        diagnosis.calibration.iter().partition(|value| value.is_opening_point());
+    for value in values {
         let to = with_error(&value.name, value.value, value.std_error);
         let from = quantity(&value.name, value.nominal);
-        let _ = writeln!(text, "\nAdjusted: {} from {from} to {to} ({percent:+.1} %, {})", value.name, how_far(value));
+        let _ = writeln!(text, "\nAdjusted: {} from {from} to {to} ({}{})", value.name, percent(value), how_far(value));
+    }
+    if let Some(farthest) = points.iter().max_by(|a, b| a.tolerances().total_cmp(&b.tolerances())) {
+        let _ = writeln!(
+            text,
+            "\nAdjusted: points of valve.opening, {} in all, the farthest from {:.3} to {:.3} ({}{})",
+            points.len(),
+            farthest.nominal,
+            farthest.value,
+            percent(farthest),
+            how_far(farthest)
+        );
     }
     if let Some(gain) = &diagnosis.gain {
         let _ =

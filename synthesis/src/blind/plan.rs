@@ -1,6 +1,6 @@
 //! Which cases a suite contains, and how one is drawn from its seed.
 
-use crate::case::{Case, Stated, true_rig};
+use crate::case::{Case, Stated, true_opening, true_rig};
 use crate::cause::{Cause, Which};
 use crate::chain::Chain;
 use crate::foreign::Foreign;
@@ -291,6 +291,9 @@ impl Plan {
             let off = rig_file.tolerance.default;
             truth.valve.slope_right *= 1.0 + rng.random_range(-2.0 * off..=2.0 * off);
             truth.valve.slope_left *= 1.0 + rng.random_range(-2.0 * off..=2.0 * off);
+        }
+        if rig_file.tolerance.default > 0.0 {
+            truth.opening = true_opening(&truth.opening, rig_file.tolerance.default, &mut rng);
         }
         if self.class == Class::Weather {
             // A file that calls all values exact would not be honest.
