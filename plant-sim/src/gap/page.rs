@@ -3,9 +3,9 @@
 use super::apply::Applied;
 use super::picture::{Scene, balance_name};
 use super::units::{estimate, quantity, significant, with_error};
-use super::words::{Errors, errors, headline, how_far, title};
+use super::words::{Errors, adjusted, errors, headline, how_far, title};
 use crate::charts::{BAR, MM, scaled};
-use diagnosis::{Cause, Channel, Diagnosis, Standing};
+use diagnosis::{Calibration, Cause, Channel, Diagnosis, Standing};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
 use rig_files::{RigFile, Verdict};
 
@@ -319,14 +319,21 @@ fn calibration(page: &mut Page, diagnosis: &Diagnosis) {
     }
     page.section("Nominal values adjusted");
     let mut table = Table::new(["value", "rig file", "adjusted", "by", "which is"]);
-    for value in &diagnosis.calibration {
+    let (values, points) = adjusted(diagnosis);
+    let mut row = |name: String, value: &Calibration| {
         table.row([
-            format!("`{}`", value.name),
+            name,
             quantity(&value.name, value.nominal),
             with_error(&value.name, value.value, value.std_error),
             value.relative().map_or(String::new(), |relative| format!("{:+.1} %", 100.0 * relative)),
             how_far(value),
         ]);
+    };
+    for value in values {
+        row(format!("`{}`", value.name), value);
+    }
+    if let Some((count, farthest)) = points {
+        row(format!("`{}`, the farthest of {count} points", farthest.name), farthest);
     }
     page.table(table.caption(
         "Adjustments, not causes: a tolerance is a standard error, so one value in three is farther off than its own, and \

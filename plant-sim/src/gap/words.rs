@@ -74,6 +74,13 @@ pub(crate) fn how_far(value: &Calibration) -> String {
     }
 }
 
+/// The adjusted values but the points of the table of the opening, and of those how many there are and the farthest.
+pub(crate) fn adjusted(diagnosis: &Diagnosis) -> (Vec<&Calibration>, Option<(usize, &Calibration)>) {
+    let (points, values): (Vec<_>, Vec<_>) = diagnosis.calibration.iter().partition(|value| value.is_opening_point());
+    let farthest = points.iter().max_by(|a, b| a.tolerances().total_cmp(&b.tolerances()));
+    (values, farthest.map(|farthest| (points.len(), *farthest)))
+}
+
 /// A correction in percent, to be followed by something else.
 fn percent(value: &Calibration) -> String {
     value.relative().map_or(String::new(), |relative| format!("{:+.1} %, ", 100.0 * relative))
@@ -145,22 +152,18 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         let words: Vec<&str> = description.terms.iter().map(|term| term.words).collect();
         let _ = writeln!(text, "\nThe model lacks a term like {}: a description, not a cause.", words.join(", and "));
     }
-    let (points, values): (Vec<&Calibration>, Vec<&Calibration>) =
-        diagnosis.calibration.iter().partition(|value| value.is_opening_point());
+    let (values, points) = adjusted(diagnosis);
     for value in values {
         let to = with_error(&value.name, value.value, value.std_error);
         let from = quantity(&value.name, value.nominal);
         let _ = writeln!(text, "\nAdjusted: {} from {from} to {to} ({}{})", value.name, percent(value), how_far(value));
     }
-    if let Some(farthest) = points.iter().max_by(|a, b| a.tolerances().total_cmp(&b.tolerances())) {
+    if let Some((count, farthest)) = points {
+        let (from, to) = (farthest.nominal, farthest.value);
+        let far = format!("{}{}", percent(farthest), how_far(farthest));
         let _ = writeln!(
             text,
-            "\nAdjusted: points of valve.opening, {} in all, the farthest from {:.3} to {:.3} ({}{})",
-            points.len(),
-            farthest.nominal,
-            farthest.value,
-            percent(farthest),
-            how_far(farthest)
+            "\nAdjusted: points of valve.opening, {count} in all, the farthest from {from:.3} to {to:.3} ({far})"
         );
     }
     if let Some(gain) = &diagnosis.gain {
