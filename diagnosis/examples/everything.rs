@@ -35,8 +35,7 @@ fn main() {
         let start = Instant::now();
         let found = diagnose(&case.rig_file, &log, &|_| {}).expect("a full log");
         let seconds = start.elapsed().as_secs_f64();
-        let there =
-            |cause: &&Cause| is_furnished_with(&case, [&cause.id].into_iter().chain(&cause.ties).map(|id| &id[..]));
+        let there = |cause: &&Cause| is_furnished_with(&case, &cause.id, &cause.ties);
         let ids =
             |causes: &[&Cause]| causes.iter().map(|cause| format!("`{}`", cause.id)).collect::<Vec<_>>().join(", ");
         let (right, wrong): (Vec<&Cause>, Vec<&Cause>) = found.causes.iter().partition(there);

@@ -180,9 +180,7 @@ fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
     let sheet = RigFile::read(&file).expect("a shipped rig");
     let case = furnished(&sheet, 40.0, SEED);
     let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
-    let there = |cause: &&diagnosis::Cause| {
-        is_furnished_with(&case, [&cause.id].into_iter().chain(&cause.ties).map(|id| &id[..]))
-    };
+    let there = |cause: &&diagnosis::Cause| is_furnished_with(&case, &cause.id, &cause.ties);
     let wrong: Vec<_> = found.causes.iter().filter(|cause| !there(cause)).collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
     let held = found.gain.expect("held back").holdout;

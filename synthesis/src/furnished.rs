@@ -108,10 +108,11 @@ pub fn furnished(sheet: &RigFile, duration_s: f64, seed: u64) -> Case {
     Case { rig_file: sheet.clone(), truth, causes, experiment, law, chain, seed: rng.random() }
 }
 
-/// Whether one of some effects is on such a rig: hidden there, or by another name. A slight incline is a constant force, a null
-/// offset a dead zone elsewhere.
-pub fn is_furnished_with<'a>(case: &Case, effects: impl IntoIterator<Item = &'a str>) -> bool {
+/// Whether an effect, or one of its ties, is on such a rig: hidden there, or by another name. A slight incline is a constant force,
+/// a null offset a dead zone elsewhere.
+#[must_use]
+pub fn is_furnished_with(case: &Case, id: &str, ties: &[String]) -> bool {
     let by_another_name = [Effect::ConstantForce.id(), Effect::ValveDeadZone.id()];
     let hidden = |id: &str| by_another_name.contains(&id) || case.causes.iter().any(|cause| cause.id() == id);
-    effects.into_iter().any(hidden)
+    hidden(id) || ties.iter().any(|tie| hidden(tie))
 }

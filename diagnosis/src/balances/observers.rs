@@ -4,7 +4,7 @@ use super::added::Added;
 use super::compression::{Geometry, compression};
 use super::correction::correction;
 use super::shared::Signals;
-use super::{chamber, piston, supply, valve};
+use super::{chamber, momentum, piston, supply, valve};
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
 use crate::data::split::Stretch;
@@ -63,7 +63,7 @@ pub(crate) fn innovations(
         let forces = signals.forces.of((timing, stretches.to_vec()), || piston::forces(record, &timing, stretches));
         let judged = match mechanics {
             Mechanics::Predicted => piston::innovations,
-            Mechanics::Momentum => piston::momentum,
+            Mechanics::Momentum => momentum::momentum,
         };
         judged(record, plant, &forces, &added.force_n, stretches)
     };

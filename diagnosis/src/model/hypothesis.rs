@@ -102,13 +102,12 @@ impl Hypothesis {
         let stands_for = &identification.stands_for;
         let mut start = start.to_vec();
         // Where both sides are corrected, what they have in common is where the factor begins: the fit is there already.
-        let sides = self.common_factor(stands_for);
-        let common = sides.unwrap_or(1.0);
-        if let (Some(_), Some(first), Some(parameter)) = (sides, start.first_mut(), parameters.first()) {
+        let common = self.common_factor(stands_for);
+        if let (Some(common), Some(first), Some(parameter)) = (common, start.first_mut(), parameters.first()) {
             *first = parameter.neutral * common;
         }
         for (parameter, value) in self.parameters.iter().zip(&self.values) {
-            let taken = if is_side_of(parameter, stands_for) { common } else { 1.0 };
+            let taken = common.filter(|_| is_side_of(parameter, stands_for)).unwrap_or(1.0);
             let value = &(value / taken).clamp(parameter.min, parameter.max);
             let replacing = match parameter.slot {
                 Slot::Nominal(key) => stands_for.parameter_of(key.path),

@@ -71,11 +71,11 @@ pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, ex
     let Extended { fit, terms } = extended;
     let fit = problem.with_errors(fit);
     let touched = terms.iter().fold(0, |all, index| all | problem.terms[*index].channels);
-    let on_held = |hypothesis: &Hypothesis, channels: Channels| {
-        held.evaluate_as_is(hypothesis.clone()).map_or(f64::NAN, |fit| fit.cost_in(held, channels))
-    };
+    let on_held = |hypothesis: &Hypothesis| held.evaluate_as_is(hypothesis.clone());
+    let with_all = on_held(&fit.hypothesis);
     let taken = |without: &Hypothesis, channels: Channels| {
-        1.0 - on_held(&fit.hypothesis, channels) / on_held(without, channels)
+        let cost = |fit: Option<&Fit>| fit.map_or(f64::NAN, |fit| fit.cost_in(held, channels));
+        1.0 - cost(with_all.as_ref()) / cost(on_held(without).as_ref())
     };
     let share = |place: usize, term: &Term| {
         let mut without = fit.hypothesis.clone();

@@ -3,7 +3,7 @@
 use super::apply::Applied;
 use super::picture::{Scene, balance_name};
 use super::units::{estimate, quantity, significant, with_error};
-use super::words::{Errors, adjusted, errors, headline, how_far, title};
+use super::words::{Errors, adjusted, errors, headline, how_far, percent, title};
 use crate::charts::{BAR, MM, scaled};
 use diagnosis::{Calibration, Cause, Channel, Diagnosis, Standing};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
@@ -325,7 +325,7 @@ fn calibration(page: &mut Page, diagnosis: &Diagnosis) {
             name,
             quantity(&value.name, value.nominal),
             with_error(&value.name, value.value, value.std_error),
-            value.relative().map_or(String::new(), |relative| format!("{:+.1} %", 100.0 * relative)),
+            percent(value).unwrap_or_default(),
             how_far(value),
         ]);
     };

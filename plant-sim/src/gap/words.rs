@@ -81,9 +81,14 @@ pub(crate) fn adjusted(diagnosis: &Diagnosis) -> (Vec<&Calibration>, Option<(usi
     (values, farthest.map(|farthest| (points.len(), *farthest)))
 }
 
-/// A correction in percent, to be followed by something else.
-fn percent(value: &Calibration) -> String {
-    value.relative().map_or(String::new(), |relative| format!("{:+.1} %, ", 100.0 * relative))
+/// A correction in percent; `None` where the nominal value is zero.
+pub(crate) fn percent(value: &Calibration) -> Option<String> {
+    value.relative().map(|relative| format!("{:+.1} %", 100.0 * relative))
+}
+
+/// A correction in percent and in tolerances.
+fn correction(value: &Calibration) -> String {
+    percent(value).into_iter().chain([how_far(value)]).collect::<Vec<_>>().join(", ")
 }
 
 /// Share of the avoidable error that is gone: 1 when the extended rig predicts as well as noise allows; `None` where
@@ -156,11 +161,11 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
     for value in values {
         let to = with_error(&value.name, value.value, value.std_error);
         let from = quantity(&value.name, value.nominal);
-        let _ = writeln!(text, "\nAdjusted: {} from {from} to {to} ({}{})", value.name, percent(value), how_far(value));
+        let _ = writeln!(text, "\nAdjusted: {} from {from} to {to} ({})", value.name, correction(value));
     }
     if let Some((count, farthest)) = points {
         let (from, to) = (farthest.nominal, farthest.value);
-        let far = format!("{}{}", percent(farthest), how_far(farthest));
+        let far = correction(farthest);
         let _ = writeln!(
             text,
             "\nAdjusted: points of valve.opening, {count} in all, the farthest from {from:.3} to {to:.3} ({far})"
