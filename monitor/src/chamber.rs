@@ -11,6 +11,10 @@ use plant_model::{Plant, Real, Side};
 
 /// Part of the relative error that is allowed which the volume at mid-stroke has: 5 of 20 %. It grows as the chamber empties.
 const VOLUME_PART: f32 = 0.25;
+/// Part of the sum of flow and compression that is allowed for, where both act the same way, as each of them is alone: an exponent of
+/// 1.1 instead of 1.4 makes both smaller by a fifth. On case (a) the largest residual of 5 min so is 1.10 of its threshold with 0, 0.96 with
+/// 0.8, 0.88 with 0.9. With 1 a slow position of the reliability study (seed 4711) is found a tick later and no longer named.
+const SUM_PART: f32 = 0.9;
 /// Of the pressure error that is always allowed, what noise makes of a change: two readings differ by the root of two times one's noise.
 const STEP_NOISE: f32 = SQRT_2;
 
@@ -32,6 +36,8 @@ pub(crate) struct Valve {
     /// By how much that may be wrong.
     pub(crate) opening_error: f32,
     pub(crate) fills_a: bool,
+    /// Magnitude, rad, and whether it fills A, of a valve without lag; `None` where that is the valve.
+    pub(crate) unlagged: Option<(f32, bool)>,
 }
 
 /// What one chamber sees in one tick.
@@ -58,13 +64,15 @@ pub(crate) struct Balance {
 pub(crate) struct Watch {
     residual_pa: f32,
     allowance_pa: f32,
+    /// What the residual would be if the valve had no lag. One of twice the lag makes as much the other way.
+    lag_pa: f32,
     stepped_pa: f32,
     since_step: u8,
 }
 
 impl Default for Watch {
     fn default() -> Self {
-        Self { residual_pa: 0.0, allowance_pa: 0.0, stepped_pa: 0.0, since_step: u8::MAX }
+        Self { residual_pa: 0.0, allowance_pa: 0.0, lag_pa: 0.0, stepped_pa: 0.0, since_step: u8::MAX }
     }
 }
 
@@ -84,7 +92,8 @@ pub(crate) struct Found {
 }
 
 impl Interval<'_> {
-    pub(crate) fn valve(&self) -> Valve {
+    /// `command_v` is what the spool follows with a lag, if it does.
+    pub(crate) fn valve(&self, command_v: Option<f32>) -> Valve {
         let dead_zone = self.plant.dead_zone();
         let opening = self.plant.opening(self.spool_v);
         let w = opening.w;
@@ -104,6 +113,10 @@ impl Interval<'_> {
             opening: opening.magnitude,
             opening_error: if may_be_open { error } else { 0.0 },
             fills_a: opening.fills_a,
+            unlagged: command_v.map(|command_v| {
+                let opening = self.plant.opening(command_v);
+                (opening.magnitude, opening.fills_a)
+            }),
         }
     }
 }
@@ -154,8 +167,11 @@ impl Watch {
         } else {
             0.0
         };
-        // In steady motion both are equal and opposite; the larger one sets the scale.
-        let activity = by_flow.abs().at_least((per_metre * balance.smoothed_step_m).abs());
+        // In steady motion both are equal and opposite; the larger one sets the scale. Where a piston brakes they act the same way, and
+        // an error of the exponent is in both.
+        let by_smooth_motion = -per_metre * balance.smoothed_step_m;
+        let sum = SUM_PART * (by_flow + by_smooth_motion);
+        let activity = by_flow.abs().at_least(by_smooth_motion.abs()).at_least(sum.abs());
         // A chamber that is almost empty has a volume that the position's error is a large part of, and so is an error of its
         // volume at mid-stroke.
         let position_doubt = interval.parameters.position_m * area_m2 * balance.inverse_volume_per_m3;
@@ -163,15 +179,22 @@ impl Watch {
         let relative = interval.parameters.relative * (1.0 + VOLUME_PART * emptier);
         let allowed_pa = (relative + position_doubt) * activity + per_kg_per_s * (doubt + (bore - inflow).abs());
         self.allowance_pa = (self.allowance_pa + allowed_pa) * interval.keep;
+        // Summed up with its sign: a valve that acts late moves the flow in time, and what that makes is gone with the next reversal.
+        let by_lag = valve.unlagged.map_or(0.0, |(opening, fills_a)| {
+            let filling = fills_a == (balance.side == Side::A);
+            per_kg_per_s * (flow(filling, opening) - bore)
+        });
+        self.lag_pa = (self.lag_pa + by_lag) * interval.keep;
         let noise_pa = interval.parameters.pressure_pa + interval.parameters.position_m * per_metre;
         let metres_per_pa = 1.0 / per_metre;
         let contribution = Contribution {
             // A chamber that has grown more than its sensor says has lost pressure.
             missing_m: -balance.towards_b * unexplained_pa * metres_per_pa,
             allowed_m: allowed_pa * metres_per_pa,
+            by_lag_m: -balance.towards_b * by_lag * metres_per_pa,
             metres_per_pa,
         };
-        let check = Check { residual: self.residual_pa, threshold: noise_pa + self.allowance_pa };
+        let check = Check { residual: self.residual_pa, threshold: noise_pa + self.allowance_pa + self.lag_pa.abs() };
         Found { check, noise_pa, stepped_pa: self.stepped_pa, steps_now: self.since_step < STRIKES, contribution }
     }
 }

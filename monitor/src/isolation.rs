@@ -150,7 +150,7 @@ mod tests {
     const FLOWS: [f32; 2] = [1.0, 1.0];
 
     fn found(residual: f32, stepped_pa: f32, steps_now: bool) -> Found {
-        let contribution = Contribution { missing_m: 0.0, allowed_m: 0.0, metres_per_pa: 1e-6 };
+        let contribution = Contribution { missing_m: 0.0, allowed_m: 0.0, by_lag_m: 0.0, metres_per_pa: 1e-6 };
         // Half of the threshold is for noise.
         Found { check: Check { residual, threshold: 10e3 }, noise_pa: 5e3, stepped_pa, steps_now, contribution }
     }

@@ -26,7 +26,8 @@
 //! **What is allowed.** A model is never exact. The threshold is a sum of: the pressure noise; the position noise,
 //! as the pressure that much motion would make; a share ([`MonitorParameters::relative`]) of the predicted flow or compression,
 //! whichever is larger, over the same horizon; and an uncertainty of the valve's opening (hysteresis, null). So the harder the rig works, the more
-//! absolute error is accepted, and coefficients that are wrong by a fifth do not trip. Three ticks beyond it in a row do.
+//! absolute error is accepted, and flows that are wrong by a fifth do not trip. Besides, the lag of the valve's spool may be anything from none
+//! to twice what is known: the threshold grows by what a valve without lag would make of the residual. Three ticks beyond it in a row trip.
 //!
 //! **What it cannot find.** Motion of less than one or two millimetres, whoever hides it; a wrong scale within `relative` that
 //! set in unseen; a slow drift of a pressure sensor, which is indistinguishable from a leak. `docs/reliability.md` has the figures.
@@ -168,8 +169,7 @@ impl Monitor {
     /// A monitor for a plant made beforehand; otherwise as [`Monitor::new`].
     ///
     /// `spool_lag_s` is the time constant of the valve's spool where it is known from elsewhere than the plant's effects, s; 0 where
-    /// it is not. It counts for a rig whose hoses are described: there a fast valve moves more air in a millisecond than is
-    /// allowed, and the delay of the hoses alone does not explain it. For the others the allowances were measured without.
+    /// it is not: then the valve is taken to follow at once. From none to twice the lag is allowed.
     ///
     /// # Errors
     /// A parameter of the monitor that is out of range.
@@ -183,8 +183,7 @@ impl Monitor {
         parameters.validate(tick_s)?;
         let lag_s = match plant.added().valve_lag.time_constant_s {
             by_effect if by_effect > 0.0 => by_effect,
-            _ if plant.coefficients().hose_delay_s > 0.0 => spool_lag_s,
-            _ => 0.0,
+            _ => spool_lag_s,
         };
         let spool_keep = if lag_s > 0.0 { (-tick_s / lag_s).exp() } else { 0.0 };
         let kink = KinkWatch::new(&plant, tick_s);
@@ -251,7 +250,7 @@ impl Monitor {
                 _ => m.supply_pa,
             },
         };
-        let valve = interval.valve();
+        let valve = interval.valve((self.spool_keep > 0.0).then_some(command));
         let y_m = 0.5 * (readings.position_m + last.position_m);
         let (volume_a, volume_b) = self.plant.volumes_m3(y_m);
         let (middle_a, middle_b) = self.plant.volumes_m3(0.0);

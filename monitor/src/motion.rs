@@ -27,6 +27,8 @@ pub(crate) struct Contribution {
     pub(crate) missing_m: f32,
     /// How much of it is allowed, m.
     pub(crate) allowed_m: f32,
+    /// How much of it a valve without lag would make, m.
+    pub(crate) by_lag_m: f32,
     /// Pressure that a metre of motion makes, inverted, m/Pa.
     pub(crate) metres_per_pa: f32,
 }
@@ -46,6 +48,8 @@ struct Memory {
     missing_m: f32,
     allowed_m: f32,
     smooth_m: f32,
+    by_lag_m: f32,
+    smooth_lag_m: f32,
 }
 
 /// Both memories.
@@ -81,6 +85,7 @@ impl MissingMotion {
     ) -> [Check; MEMORIES.len()] {
         let missing_m = 0.5 * (a.missing_m + b.missing_m);
         let allowed_m = 0.5 * (a.allowed_m + b.allowed_m);
+        let by_lag_m = 0.5 * (a.by_lag_m + b.by_lag_m);
         let noise_m = POSITION_LEFT * parameters.position_m
             + NOISE_LEFT * 0.5 * (a.metres_per_pa + b.metres_per_pa) * parameters.pressure_pa;
         let mut found = [Check::default(); MEMORIES.len()];
@@ -88,7 +93,10 @@ impl MissingMotion {
             memory.missing_m = (memory.missing_m + missing_m) * keep;
             memory.allowed_m = (memory.allowed_m + allowed_m) * keep;
             memory.smooth_m += (memory.missing_m - memory.smooth_m) * self.take;
-            *found = Check { residual: memory.smooth_m, threshold: memory.allowed_m + noise_m };
+            memory.by_lag_m = (memory.by_lag_m + by_lag_m) * keep;
+            memory.smooth_lag_m += (memory.by_lag_m - memory.smooth_lag_m) * self.take;
+            let threshold = memory.allowed_m + memory.smooth_lag_m.abs() + noise_m;
+            *found = Check { residual: memory.smooth_m, threshold };
         }
         found
     }

@@ -4,7 +4,7 @@ use parameter_table::{Limits, Must, ParameterError as MonitorError, parameter_ta
 
 parameter_table! {
     /// What the monitor tolerates. The defaults suit sensors with 600 Pa and 0.05 mm of noise and a rig file whose
-    /// coefficients are right within a fifth.
+    /// flows are right within a fifth; `docs/safety.md` has the rest.
     #[derive(Clone, Copy, Debug, PartialEq)]
     #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
     pub struct MonitorParameters, keys "monitor.";
