@@ -24,5 +24,5 @@ pub mod sound_twin;
 mod target;
 
 pub use runner::{Outcome, Sample, host_target, run, run_observed};
-pub use scenario::{Expect, ReferenceSegment, Scenario, ScheduledCommand, Start};
+pub use scenario::{Deviation, Expect, ReferenceSegment, Scenario, ScheduledCommand, Start};
 pub use target::{HostTarget, Target, TargetError, TickOutput};

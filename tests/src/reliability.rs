@@ -7,7 +7,7 @@
 use crate::fault::{Fault, Kind};
 use crate::rig;
 use crate::runner::{Outcome, host_target, run, run_observed};
-use crate::scenario::{Expect, MonitorChoice, ReferenceSegment, Scenario, ScheduledCommand, Start};
+use crate::scenario::{Deviation, Expect, MonitorChoice, ReferenceSegment, Scenario, ScheduledCommand, Start};
 use crate::target::{Target, TargetError, TickOutput};
 use control::{AdcCode, Channel, DacCode, Inputs, LawChoice, Mode, OperatorCommand, Parameters, twin};
 use plant_sim::CodeNoise;
@@ -280,7 +280,7 @@ fn scenario(situation: &Situation, mut fault: Fault, quiet: bool, dump: bool) ->
             ("valve-lag".to_owned(), effect("time_constant_s", 1.7e-3)),
             ("valve-hysteresis".to_owned(), effect("half_width_v", 0.01)),
         ]),
-        rig_error: 0.0,
+        deviation: Deviation::NONE,
         dump_valve_s: dump.then_some(DUMP_S),
         tick_hz: None,
         noise: if quiet { CodeNoise::NONE } else { CodeNoise::default() },
@@ -433,8 +433,88 @@ pub const COMPARISON_HEAD: &str = "| fault | paper's law: soonest, ms | furthest
 pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 20 ms | worst time, ms | kept within 10 mm | missed | protected, mm | safe state reached (runs) |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
-/// Normal running of one rig: random moves, ramps and sines over most of the stroke, on a real valve, with noise or with
-/// `quiet` sensors, the rig file wrong by `rig_error`.
+/// A way of running without fault.
+#[derive(Clone, Copy, Debug)]
+pub struct Condition {
+    /// What the table calls it: how the plant differs from the rig file.
+    pub label: &'static str,
+    /// The same in numbers.
+    pub deviation: Deviation,
+    /// Whether the sensors are without noise.
+    pub quiet: bool,
+}
+
+/// The runs without fault. The deviations are those that a rig file may have: `docs/safety.md`.
+pub const CONDITIONS: [Condition; 18] = {
+    const fn differs(label: &'static str, deviation: Deviation) -> Condition {
+        Condition { label, deviation, quiet: false }
+    }
+    const FILE: Deviation = Deviation::NONE;
+    [
+        differs("nothing", FILE),
+        Condition { quiet: true, ..differs("nothing", FILE) },
+        differs("fill × 1.1, exhaust × 0.9, volumes × 1.05", Deviation::A_TENTH),
+        differs("flows × 0.8", Deviation { fill: 0.8, exhaust: 0.8, ..FILE }),
+        differs("flows × 1.2", Deviation { fill: 1.2, exhaust: 1.2, ..FILE }),
+        differs("fill × 1.2", Deviation { fill: 1.2, ..FILE }),
+        differs("exhaust × 1.2", Deviation { exhaust: 1.2, ..FILE }),
+        differs("fill × 1.2, exhaust × 0.8", Deviation { fill: 1.2, exhaust: 0.8, ..FILE }),
+        differs("fill × 0.8, exhaust × 1.2", Deviation { fill: 0.8, exhaust: 1.2, ..FILE }),
+        differs("volumes × 0.95", Deviation { volumes: [0.95; 2], ..FILE }),
+        differs("volumes × 1.1", Deviation { volumes: [1.1; 2], ..FILE }),
+        differs("volume of A × 0.95, of B × 1.05", Deviation { volumes: [0.95, 1.05], ..FILE }),
+        // The default is a real valve's; the board's bench has none.
+        differs("no lag", Deviation { lag: 0.0, ..FILE }),
+        differs("lag × 1.5", Deviation { lag: 1.5, ..FILE }),
+        differs("break-points 63 mV nearer", Deviation { dead_zone: 0.85, ..FILE }),
+        differs("break-points 63 mV further", Deviation { dead_zone: 1.15, ..FILE }),
+        differs("exponent 1.1", Deviation { exponent: 1.1 / 1.4, ..FILE }),
+        differs("mass × 1.5, friction × 2", Deviation { mass: 1.5, friction: 2.0, ..FILE }),
+    ]
+};
+
+/// Moves of one rig from mid-stroke, m, the last one at full speed.
+#[must_use]
+pub fn moves_m(rig_name: &str) -> [f64; 4] {
+    let far_m = match rig_name {
+        "paper-a" => -0.2,
+        "paper-b" => 0.2,
+        _ => 0.06,
+    };
+    [0.001, 0.010, 0.045, far_m]
+}
+
+/// One move of one rig from rest at mid-stroke, the plant differing from the rig file; otherwise as [`normal_running`].
+///
+/// # Errors
+/// As [`study`].
+pub fn one_move(
+    rig_name: &'static str,
+    law: LawChoice,
+    condition: &Condition,
+    to_m: f64,
+    seed: u64,
+) -> Result<(Outcome, f32), TargetError> {
+    let mut scenario = sound(rig_name, law, condition, 1.5, seed);
+    scenario.reference = vec![ReferenceSegment { at_s: 0.05, position_m: Some(to_m), program: None }];
+    without_fault(&scenario)
+}
+
+fn sound(rig: &'static str, law: LawChoice, condition: &Condition, duration_s: f64, seed: u64) -> Scenario {
+    let situation = Situation { rig, law, phase: 0, seed };
+    let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), condition.quiet, false);
+    scenario.fault.clear();
+    scenario.reference.clear();
+    Scenario { duration_s, deviation: condition.deviation, ..scenario }
+}
+
+fn without_fault(scenario: &Scenario) -> Result<(Outcome, f32), TargetError> {
+    let mut target = host_target(scenario)?;
+    let outcome = run_observed(scenario, &mut target, |_| ())?;
+    Ok((outcome, target.closest_to_disagreement()))
+}
+
+/// Normal running of one rig: random moves, ramps and sines over most of the stroke, on a real valve, under a condition.
 ///
 /// Returns the outcome, whose `tripped` must be `None`, and how close the monitor came to a trip, 0 … 1.
 ///
@@ -443,21 +523,15 @@ pub const TABLE_HEAD: &str = "| fault | threatens | unprotected, mm | caught in 
 pub fn normal_running(
     rig_name: &'static str,
     law: LawChoice,
-    rig_error: f64,
-    quiet: bool,
+    condition: &Condition,
     duration_s: f64,
     seed: u64,
 ) -> Result<(Outcome, f32), TargetError> {
-    let situation = Situation { rig: rig_name, law, phase: 0, seed };
-    let mut scenario = scenario(&situation, Fault::new(Kind::HostSilent, None, 0.0), quiet, false);
-    scenario.fault.clear();
-    scenario.duration_s = duration_s;
-    scenario.rig_error = rig_error;
+    let mut scenario = sound(rig_name, law, condition, duration_s, seed);
     let half =
         rig::find(rig_name, &scenario.folder).map_err(|error| TargetError(error.to_string()))?.rig.cylinder.stroke_m
             / 2.0;
     let mut random = SmallRng::seed_from_u64(seed);
-    scenario.reference.clear();
     let mut at_s = 0.0;
     while at_s < duration_s {
         use control::program::{ProgramParameters, Shape};
@@ -482,7 +556,5 @@ pub fn normal_running(
         scenario.reference.push(ReferenceSegment { at_s, position_m, program });
         at_s += hold_s;
     }
-    let mut target = host_target(&scenario)?;
-    let outcome = run_observed(&scenario, &mut target, |_| ())?;
-    Ok((outcome, target.closest_to_disagreement()))
+    without_fault(&scenario)
 }

@@ -92,10 +92,7 @@ pub fn run_observed(
 ) -> Result<Outcome, TargetError> {
     let fail = |error: &dyn std::fmt::Display| TargetError(error.to_string());
     let mut rig = scenario.rig_file().map_err(|error| fail(&error))?;
-    rig.rig.valve.fill_coefficient_kg_per_s_pa *= 1.0 + scenario.rig_error;
-    rig.rig.valve.exhaust_coefficient_kg_per_s_pa *= 1.0 - scenario.rig_error;
-    rig.rig.cylinder.volume_a0_m3 *= 1.0 + 0.5 * scenario.rig_error;
-    rig.rig.cylinder.volume_b0_m3 *= 1.0 + 0.5 * scenario.rig_error;
+    scenario.deviation.spoil(&mut rig);
     let plant = plant_model::Plant::new(&rig.rig, &rig.effects).map_err(|error| fail(&error))?;
     let [p_a, p_b] = rig.rig.equilibrium_pressures_pa();
     let begin = plant.state_at_rest(scenario.initial_position_m, p_a, p_b);

@@ -33,13 +33,12 @@ pub struct Scenario {
     pub output_delay_ticks: u8,
     /// Dead zone of the rig's valve and of the controller's inverse, ± V, instead of the rig file's.
     pub dead_zone_v: Option<f64>,
-    /// Effects added to the rig, as in a rig file; the monitor knows them, the controller does not.
+    /// Effects added to the rig, as in a rig file; law and monitor know the valve's lag of them, as on the board.
     #[serde(default)]
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
-    /// How wrong the rig file is about the plant, which controller and monitor do not know: the plant fills faster by this
-    /// share, exhausts slower by it, and has chambers larger by half of it.
+    /// How the plant differs from its rig file, which controller and monitor do not know.
     #[serde(default)]
-    pub rig_error: f64,
+    pub deviation: Deviation,
     /// A dump valve at the board's air output: how fast the supply then falls in every state but idle, run and a controlled stop, s.
     /// Absent: none.
     pub dump_valve_s: Option<f64>,
@@ -71,6 +70,71 @@ pub struct Scenario {
     /// Where the file stands, to find rig files.
     #[serde(skip)]
     pub folder: PathBuf,
+}
+
+/// By what factors the plant differs from its rig file.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Deviation {
+    /// Of the flow that fills.
+    pub fill: f64,
+    /// Of the flow that exhausts.
+    pub exhaust: f64,
+    /// Of the volumes of both chambers at mid-stroke.
+    pub volumes: [f64; 2],
+    /// Of the valve's time constant.
+    pub lag: f64,
+    /// Of both break-points of the dead zone.
+    pub dead_zone: f64,
+    /// Of the polytropic exponent.
+    pub exponent: f64,
+    /// Of the mass.
+    pub mass: f64,
+    /// Of dry and viscous friction.
+    pub friction: f64,
+}
+
+impl Deviation {
+    /// The rig file is right.
+    pub const NONE: Self = Self {
+        fill: 1.0,
+        exhaust: 1.0,
+        volumes: [1.0; 2],
+        lag: 1.0,
+        dead_zone: 1.0,
+        exponent: 1.0,
+        mass: 1.0,
+        friction: 1.0,
+    };
+    /// Fills faster, exhausts slower by a tenth, and has chambers larger by half of that.
+    pub const A_TENTH: Self = Self { fill: 1.1, exhaust: 0.9, volumes: [1.05; 2], ..Self::NONE };
+
+    /// Makes the plant of a rig file.
+    pub fn spoil(&self, file: &mut RigFile) {
+        let rig = &mut file.rig;
+        rig.valve.fill_coefficient_kg_per_s_pa *= self.fill;
+        rig.valve.exhaust_coefficient_kg_per_s_pa *= self.exhaust;
+        rig.cylinder.volume_a0_m3 *= self.volumes[0];
+        rig.cylinder.volume_b0_m3 *= self.volumes[1];
+        rig.valve.dead_zone_right_v *= self.dead_zone;
+        rig.valve.dead_zone_left_v *= self.dead_zone;
+        rig.gas.heat_capacity_ratio *= self.exponent;
+        rig.load.mass_kg *= self.mass;
+        rig.friction.coulomb_n *= self.friction;
+        rig.friction.static_n *= self.friction;
+        rig.friction.viscous_n_s_per_m *= self.friction;
+        // A bristle must not carry more than the sliding force.
+        rig.friction.breakaway_m *= self.friction.min(1.0);
+        if let Some(&[lag_s]) = file.effects.get(Effect::ValveLag) {
+            file.effects.set(Effect::ValveLag, &[lag_s * self.lag]);
+        }
+    }
+}
+
+impl Default for Deviation {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 fn one() -> u8 {

@@ -81,7 +81,8 @@ impl HostTarget {
         let monitor = match monitor {
             None => None,
             Some(parameters) => Some(MonitorSetup {
-                plant: Plant::new(&rig.rig.convert(), &rig.effects.convert()).map_err(|error| fail(&error))?,
+                // As the board's: the nominal values, and of the effects the valve's lag alone.
+                plant: Plant::without_effects(&rig.rig.convert()).map_err(|error| fail(&error))?,
                 parameters: *parameters,
                 trips: true,
                 output_delay_ticks,

@@ -5,7 +5,7 @@ use clap::Parser;
 use rayon::prelude::*;
 use scenarios::reliability::{FarRun, Row, closed_at, far_runs, rows};
 use scenarios::sound_twin::{Fit, Freedom, LIMIT, Log, Twin};
-use scenarios::{Scenario, run};
+use scenarios::{Deviation, Scenario, run};
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -80,7 +80,7 @@ impl Case {
             struck: (far.spoilt.fault[0].at_s / tick_s).round() as usize,
             tripped: faulty.tripped.ok_or("a run that no monitor ends has no log until the trip")?,
             sound: Log::of(&far.healthy)?,
-            wrong: Log::of(&Scenario { rig_error: 0.1, ..far.healthy.clone() })?,
+            wrong: Log::of(&Scenario { deviation: Deviation::A_TENTH, ..far.healthy.clone() })?,
             faulty,
             far,
         })
