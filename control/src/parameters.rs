@@ -166,8 +166,8 @@ parameter_table! {
     /// Positioning law: whether the piston slips as it breaks away, the static friction being far above the Coulomb friction. Hold
     /// and stick then judge the velocity by the position alone, and 1.6 times as coarsely.
     servo_stick_slip: bool = false, "", 0 => 1;
-    /// Positioning law: stiffness of the seal's bristles over the moving mass.
-    servo_bristle_per_s2: f32 = 4.938272e4, "1/s2", 0.0 => 1.0e9;
+    /// Positioning law: stiffness of the seal's bristles, as the law takes it, over the moving mass.
+    servo_bristle_per_s2: f32 = 7.407407e4, "1/s2", 0.0 => 1.0e9;
     /// Positioning law: viscous friction over the moving mass.
     servo_viscous_per_s: f32 = 4.595753, "1/s", 0.0 => 1.0e4;
     /// Positioning law: Coulomb friction over the moving mass.

@@ -1,20 +1,21 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
 //! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
-//! [streams=0] [sines=0] [sine_hz=0.5] [noise=1] [friction=1] [draws_mm=45] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
+//! [streams=0] [loads=0] [ends=0] [sines=0] [sine_hz=0.5]
+//! [sent_ms=0] [sent_um=0] [sent_noise_um=0] [noise=1] [friction=1] [stiff=1] [draws_mm=45] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
 //! DAC over ±5 V, 1 kHz, output one tick late.
 
 use plant_model::Rig;
 use plant_sim::servo::Tuning;
-use plant_sim::servo::bench::{Driver, Lost, Move, sine, step};
-use plant_sim::servo::trials::{Wave, bench, random_moves, stream, with_friction};
+use plant_sim::servo::bench::{Driver, Lost, Move, Sent, sine, step};
+use plant_sim::servo::trials::{Wave, bench, loaded_moves, pushed, random_moves, stream, with_friction};
 use rayon::prelude::*;
 
 const LAG_S: f64 = 1.7e-3;
 const ZONE_V: f64 = 0.42;
 /// What can be given: the study, then constants of the law, most as a factor.
-const NAMES: &str = "seeds draws draws_mm first noise friction hz lost moves streams sines sine_hz list trace seed drawn ticks every \
+const NAMES: &str = "seeds draws draws_mm first noise friction stiff bs hz lost moves loads ends streams sines sine_hz sent_ms sent_um sent_noise_um list trace seed drawn ticks every \
                      w wo J A V fr blend sg sf sv st he hl hs hf hb hm jt fc0 ul lg lz lf";
 
 fn nominal(case: char) -> (Rig<f64>, f64) {
@@ -58,6 +59,10 @@ fn main() {
         // What the law takes for the rig, and what it is.
         let mut actual = rig;
         actual.friction = with_friction(&rig, value("friction").unwrap_or(1.0)).friction;
+        let stiff = value("stiff").unwrap_or(1.0);
+        actual.friction.stiffness_n_per_m *= stiff;
+        actual.friction.breakaway_m /= stiff;
+        tuning.bristle_stiffness *= value("bs").unwrap_or(1.0);
         for (name, place) in [
             ("w", &mut tuning.law_w),
             ("wo", &mut tuning.observer_w),
@@ -145,14 +150,19 @@ fn main() {
                 runs.iter().filter(|run| run.changes > 0).count(),
             );
         }
+        let sent = Sent {
+            every_s: 1e-3 * value("sent_ms").unwrap_or(0.0),
+            code_m: 1e-6 * value("sent_um").unwrap_or(0.0),
+            noise_m: 1e-6 * value("sent_noise_um").unwrap_or(0.0),
+        };
         let amplitude = if case == 'c' { 0.03 } else { 0.05 };
-        let (peak, rms) = sine(&mut on(false, 1), amplitude, 0.5);
+        let (peak, rms) = sine(&mut on(false, 1), amplitude, 0.5, &sent);
         println!("  sine 0.5 Hz, {:.0} mm: peak {:.2} mm, rms {:.2} mm", amplitude * 1e3, peak * 1e3, rms * 1e3);
         let sines = value("sines").unwrap_or(0.0) as u64;
         for drawn in [false, true].into_iter().filter(|_| sines > 0) {
             let mut runs: Vec<(f64, f64)> = (first..first + sines)
                 .into_par_iter()
-                .map(|seed| sine(&mut on(drawn, seed), amplitude, value("sine_hz").unwrap_or(0.5)))
+                .map(|seed| sine(&mut on(drawn, seed), amplitude, value("sine_hz").unwrap_or(0.5), &sent))
                 .collect();
             runs.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mean = |of: fn(&(f64, f64)) -> f64| 1e3 * runs.iter().map(of).sum::<f64>() / sines as f64;
@@ -256,6 +266,56 @@ fn main() {
                 within(1.0),
                 silent(&|_| true),
                 silent(&tight),
+            );
+        }
+        let loads = value("loads").unwrap_or(0.0) as u64;
+        let most_n = rig.cylinder.mean_area_m2() * (rig.supply.pressure_pa - rig.supply.atmosphere_pa);
+        let parts = [0.02, 0.05, 0.1, 0.2, 0.3, 0.45].into_iter().flat_map(|part| [(part, false), (part, true)]);
+        for (part, drawn) in parts.filter(|_| loads > 0) {
+            let targets_m = [0.045, 0.035, 0.036, -0.045, -0.035, -0.036, 0.0, 0.001, 0.02];
+            let runs: Vec<(Vec<Move>, [Move; 2])> = (first..first + loads)
+                .into_par_iter()
+                .map(|seed| {
+                    let load_n = if seed.is_multiple_of(2) { part * most_n } else { -part * most_n };
+                    (loaded_moves(&mut on(drawn, seed).under(load_n), &targets_m), pushed(&mut on(drawn, seed), load_n))
+                })
+                .collect();
+            let moves: Vec<Move> = runs.iter().flat_map(|run| run.0.iter().copied()).collect();
+            let pushes: Vec<Move> = runs.iter().flat_map(|run| run.1).collect();
+            let drawn = if drawn { ", draws" } else { "" };
+            for (what, moves) in [("moves", moves), ("put on and off", pushes)] {
+                let share = |good: &dyn Fn(&Move) -> bool| {
+                    100.0 * moves.iter().filter(|run| good(run)).count() as f64 / moves.len() as f64
+                };
+                println!(
+                    "  load {:.0} N{drawn}, {what}: within 0.6 s {:.1} %, 1 s {:.1} %, at all {:.1} %; silent {:.1} %; at rest {:.2} mm at most",
+                    part * most_n,
+                    share(&|run| run.settled_s <= 0.6),
+                    share(&|run| run.settled_s <= 1.0),
+                    share(&|run| run.settled_s.is_finite()),
+                    share(&|run| run.changes == 0),
+                    1e3 * moves.iter().map(|run| run.rest_peak_m).fold(0.0, f64::max),
+                );
+            }
+        }
+        let ends = value("ends").unwrap_or(0.0) as u64;
+        for off_mm in [20.0, 10.0, 5.0, 3.0, 1.0].into_iter().filter(|_| ends > 0) {
+            let target = rig.cylinder.stroke_m / 2.0 - 1e-3 * off_mm;
+            let runs: Vec<Move> = (first..first + ends)
+                .into_par_iter()
+                .map(|seed| {
+                    let mut bench = on(false, seed);
+                    step(&mut bench, target - 0.03, 5 * ticks);
+                    step(&mut bench, target, ticks)
+                })
+                .collect();
+            let settled = runs.iter().filter(|run| run.settled_s.is_finite()).count();
+            let worst = |of: fn(&Move) -> f64| runs.iter().map(of).fold(0.0, f64::max);
+            println!(
+                "  {off_mm} mm from the end: {settled} of {ends} settle, within {:.3} s; at rest {:.3} mm, {} silent",
+                runs.iter().map(|run| run.settled_s).filter(|t| t.is_finite()).fold(0.0, f64::max),
+                1e3 * worst(|run| run.rest_peak_m),
+                runs.iter().filter(|run| run.changes == 0).count(),
             );
         }
         let streams = value("streams").unwrap_or(0.0) as u64;

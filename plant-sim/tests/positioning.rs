@@ -3,8 +3,8 @@
 use control::{ControllerState, QUANTITIES, Quantity};
 use firmware_core::{ControlLoop, Setup};
 use plant_model::{Effect, Effects, Rig};
-use plant_sim::servo::bench::{Bench, Driver, sine, step};
-use plant_sim::servo::trials::{Wave, stream, with_friction};
+use plant_sim::servo::bench::{Bench, Driver, Sent, sine, step};
+use plant_sim::servo::trials::{Wave, loaded_moves, pushed, stream, with_friction};
 use plant_sim::servo::{Servo, Tuning};
 
 /// Cases, the time in which each must have settled after 45 mm, and the amplitude of its sine.
@@ -27,21 +27,25 @@ fn noisy_bench(mut rig: Rig<f64>, driver: Driver, noise: f64, seed: u64) -> Benc
 fn the_tick_answers_the_same_codes_with_the_reference_laws_command_within_a_few_codes_whoever_drives() {
     for driver in [Driver::Reference, Driver::Tick] {
         for (name, rig, settled_s, _) in cases() {
-            let mut bench = bench(rig, driver, 7);
             let mut far: Vec<u32> = Vec::new();
-            // Until the move is over: from then on hold and stick decide by thresholds, which a last bit can turn.
-            for _ in 0..(settled_s * 700.0) as u32 {
-                bench.tick(0.045);
-                // While the valve crosses its dead zone, a last bit of the angle is some codes in which no air flows.
-                let open = bench.codes.iter().all(|code| code.abs_diff(2047) > 180);
-                far.extend(open.then(|| bench.codes[0].abs_diff(bench.codes[1])));
+            for seed in 4..10 {
+                let mut bench = bench(rig, driver, seed);
+                // Until the move is over: from then on hold and stick decide by thresholds, which a last bit can turn.
+                for _ in 0..(settled_s * 700.0) as u32 {
+                    bench.tick(0.045);
+                    // While the valve crosses its dead zone, a last bit of the angle is some codes in which no air flows.
+                    let open = bench.codes.iter().all(|code| code.abs_diff(2047) > 180);
+                    far.extend(open.then(|| bench.codes[0].abs_diff(bench.codes[1])));
+                }
             }
             far.sort_unstable();
-            let [median, most_of_them, most] = [far.len() / 2, far.len() * 9 / 10, far.len() - 1].map(|at| far[at]);
-            println!("{name} {driver:?}: {} ticks, median {median}, 90 % {most_of_them}, most {most}", far.len());
-            assert!(far.len() > 60, "the valve was hardly open: {}", far.len());
-            // Near the valve's end a code is 0.06 mrad of the angle, and a micrometre a second of the reference some codes.
-            assert!(median <= 1 && most_of_them <= 4 && most <= 150, "{name} {driver:?}: {far:?}");
+            let part = |percent: usize| far[far.len() * percent / 100];
+            let [median, most_of_them, nearly_all] = [50, 90, 99].map(part);
+            println!("{name} {driver:?}: {} ticks, median {median}, 90 % {most_of_them}, 99 % {nearly_all}", far.len());
+            assert!(far.len() > 360, "the valve was hardly open: {}", far.len());
+            // Near the valve's end a code is 0.06 mrad of the angle, and a micrometre a second of the reference some codes: single
+            // ticks differ by hundreds.
+            assert!(median <= 1 && most_of_them <= 4 && nearly_all <= 80, "{name} {driver:?}: {far:?}");
         }
     }
 }
@@ -115,8 +119,59 @@ fn on_such_a_valve_a_chirp_is_passed_by_less_than_half_of_its_amplitude() {
 #[test]
 fn in_the_tick_a_streamed_sine_is_followed_within_1_2_percent_of_its_amplitude() {
     for (name, rig, _, amplitude) in cases() {
-        let (peak, rms) = sine(&mut bench(rig, Driver::Tick, 1), amplitude, 0.5);
+        let (peak, rms) = sine(&mut bench(rig, Driver::Tick, 1), amplitude, 0.5, &Sent::EXACT);
         assert!(peak < 0.012 * amplitude && rms < 0.002 * amplitude, "{name}: peak {peak} m, rms {rms} m");
+    }
+}
+
+/// Taken for friction, a load of 5 % of the force drove (c)'s friction to its bound, and no move settled.
+#[test]
+fn under_a_load_that_the_rig_file_does_not_know_moves_settle_and_the_valve_falls_silent() {
+    for (name, rig, ..) in cases() {
+        let most_n = rig.cylinder.mean_area_m2() * (rig.supply.pressure_pa - rig.supply.atmosphere_pa);
+        for (seed, part) in [0.05, -0.1, 0.3, -0.3].into_iter().enumerate() {
+            let mut bench = bench(rig, Driver::Tick, seed as u64).under(part * most_n);
+            for seen in loaded_moves(&mut bench, &[0.045, 0.035, -0.045, -0.044]) {
+                assert!(seen.settled_s < 1.0, "{name} {part}: {seen:?}");
+                assert!(seen.rest_peak_m < 1e-4, "{name} {part}: {seen:?}");
+            }
+        }
+        for seen in pushed(&mut bench(rig, Driver::Tick, 9), 0.1 * most_n) {
+            assert!(seen.settled_s < 2.0 && seen.changes == 0, "{name}, put on and off: {seen:?}");
+        }
+    }
+}
+
+/// Taken for a row of steps, a sine that a sender of 500 Hz holds for two ticks, in codes of 50 um or with 10 um of noise, was followed
+/// to 1.4 to 12 mm only.
+#[test]
+fn a_streamed_sine_is_followed_however_it_is_sent() {
+    let exact = Sent::EXACT;
+    for (name, rig, _, amplitude) in cases() {
+        for sent in [
+            Sent { every_s: 2e-3, ..exact },
+            Sent { every_s: 10e-3, ..exact },
+            Sent { code_m: 50e-6, ..exact },
+            Sent { noise_m: 10e-6, ..exact },
+        ] {
+            let (peak, rms) = sine(&mut bench(rig, Driver::Tick, 1), amplitude, 0.5, &sent);
+            assert!(peak < 0.6e-3 && rms < 0.2e-3, "{name}, {sent:?}: peak {peak} m, rms {rms} m");
+        }
+    }
+}
+
+/// Noise of a standing target woke the valve for good.
+#[test]
+fn on_a_target_with_noise_the_valve_falls_silent_too() {
+    for (name, rig, ..) in cases() {
+        let mut bench = bench(rig, Driver::Tick, 3);
+        let mut codes = Vec::new();
+        for tick in 0..3000_u32 {
+            let noise = if tick.wrapping_mul(2_654_435_761) >> 31 == 0 { 7.5e-6 } else { -7.5e-6 };
+            codes.push(bench.tick(0.045 + noise).1);
+        }
+        assert!(codes[2000..].iter().all(|code| *code == codes[2000]), "{name}");
+        assert!((bench.state().y_m - 0.045).abs() < 6e-5, "{name}: {}", bench.state().y_m);
     }
 }
 

@@ -128,7 +128,7 @@ fn positioning(rig: &RigFile, base: Parameters) -> Parameters {
         servo_atmosphere_pa: within(Key::servo_atmosphere_pa, supply.atmosphere_pa),
         servo_supply_pa: within(Key::servo_supply_pa, supply.pressure_pa),
         servo_rest_pa: within(Key::servo_rest_pa, air.rest_pa[0]),
-        servo_bristle_per_s2: within(Key::servo_bristle_per_s2, friction.stiffness_n_per_m / mass),
+        servo_bristle_per_s2: within(Key::servo_bristle_per_s2, tuning::STIFFER * friction.stiffness_n_per_m / mass),
         servo_viscous_per_s: within(Key::servo_viscous_per_s, friction.viscous_n_s_per_m / mass),
         servo_coulomb_m_per_s2: within(Key::servo_coulomb_m_per_s2, friction.coulomb_n / mass),
         servo_lag_s: within(Key::servo_lag_s, lag_s),

@@ -106,8 +106,8 @@ fn fast_moves_never_trip_even_when_the_rig_file_is_a_fifth_off() {
     }
 }
 
-/// What the comparison says of a slow position sensor: errors of the rig file that differ in every tick would explain its readings,
-/// errors that the rig always has do not.
+/// What the comparison says of a slow position sensor: errors of the rig file that differ in every tick would nearly explain its
+/// readings, errors that the rig always has do not.
 #[test]
 fn a_sound_rig_with_a_load_reads_as_a_slow_sensor_does_only_where_its_errors_change_with_time() {
     let row = &select(|kind, channel| channel == Some(Channel::Position) && kind == Kind::Slow)[0];
@@ -125,8 +125,10 @@ fn a_sound_rig_with_a_load_reads_as_a_slow_sensor_does_only_where_its_errors_cha
         };
         let sound = Log::of(&run.healthy).unwrap();
         assert!(mean(Freedom::Constants, &sound) < LIMIT, "{}", run.label);
-        assert!(mean(Freedom::Constants, &faulty) > 10.0 * LIMIT, "{}", run.label);
-        assert!(mean(Freedom::Anything, &faulty) < LIMIT, "{}", run.label);
+        let by_constants = mean(Freedom::Constants, &faulty);
+        assert!(by_constants > 2.0 * LIMIT, "{}: {by_constants}", run.label);
+        let by_anything = mean(Freedom::Anything, &faulty);
+        assert!(by_anything < 0.2 * by_constants, "{}: {by_anything} and {by_constants}", run.label);
     }
 }
 

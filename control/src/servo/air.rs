@@ -144,9 +144,13 @@ impl Chambers {
     }
 }
 
-/// `1 / l` in 1/m with 20 fractional bits; no shorter than a tenth of the chamber at mid-stroke.
+/// Least length of a chamber over that at mid-stroke. Of a chamber without clearance, as case (b)'s, the last millimetres answer faster
+/// than any valve: with 0.02 and 0.1 it never rests there, with 0.03 and 0.05 moves to 1 mm from the end settle within 0.7 s.
+const LEAST_LENGTH: f64 = 0.03;
+
+/// `1 / l` in 1/m with 20 fractional bits.
 #[inline]
 fn per_length(length: Position, at_middle: Position) -> i32 {
-    let least = multiply(at_middle.to_bits(), const { (0.1 * 65536.0) as i32 }, 16);
+    let least = multiply(at_middle.to_bits(), const { (LEAST_LENGTH * 65536.0) as i32 }, 16);
     quotient(1 << 20, length.to_bits().max(least).unsigned_abs(), 28)
 }

@@ -39,6 +39,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let estimate = state.estimate;
     let was_holding = state.hold.on;
     let followed = state.stream.take(target, &tuning.stream, tick);
+    let target = followed.target;
     let standing = followed.motion.v == 0;
     let in_full = !standing && followed.used <= tuning.stream.followed_part;
     if !in_full {

@@ -1,7 +1,7 @@
-//! Learning: valve gain, dead zone, lag, friction and mass, slowly, within bounds, and only where the motion shows them.
+//! Learning: valve gain, dead zone, lag, load, friction and mass, slowly, within bounds, and only where the motion shows them.
 //!
 //! Each is a step of least mean squares (Åström and Wittenmark 1995, 2.5): the error, times the regressor, over one plus
-//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which friction
+//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which load, friction
 //! and mass explain.
 
 use super::air::Air;
@@ -45,7 +45,9 @@ pub(crate) struct LearningRates {
     pub(crate) lag_bounds: [Ticks; 2],
     /// Per tick: friction and mass, the disturbance in parts of the nominal Coulomb friction.
     pub(crate) body: Factor<Acceleration, Part>,
-    /// Per tick: Coulomb friction, in slow motion.
+    /// Per tick: load.
+    pub(crate) load: Share<Acceleration, Acceleration>,
+    /// Per tick: Coulomb friction, in slow motion; and load that friction cannot be.
     pub(crate) slowly: Share<Acceleration, Acceleration>,
     /// Whether the piston slips as it breaks away.
     pub(crate) slips: bool,
@@ -137,26 +139,31 @@ pub(crate) fn unlearn_friction(body: &mut Body, rates: &LearningRates) {
     body.coulomb = body.coulomb.saturating_sub(rates.unlearn.of(body.coulomb)).max(least);
 }
 
-/// Friction and mass, from what the disturbance of one tick shows beyond the known load. `approaches` says that the piston moves
-/// towards a target that stands.
+/// The load, from what the disturbance of one tick shows `beyond` it. Over moves both ways that is the load alone, because friction
+/// changes its sign. What friction would have to leave its bounds for is load at once.
 #[inline]
-pub(crate) fn learn_body(
-    body: &mut Body,
-    estimate: &mut Estimate,
-    load: Acceleration,
-    approaches: bool,
-    rates: &LearningRates,
-) {
+fn learn_load(load: &mut Acceleration, beyond: Acceleration, friction_is_at_its_end: bool, rates: &LearningRates) {
+    let share = if friction_is_at_its_end { &rates.slowly } else { &rates.load };
+    *load = load.saturating_add(share.of(beyond));
+}
+
+/// Load, friction and mass, from what the disturbance of one tick shows. `approaches` says that the piston moves towards a target
+/// that stands.
+#[inline]
+pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, approaches: bool, rates: &LearningRates) {
     let forwards = estimate.v > 0;
     let along = |x: Acceleration| if forwards { x } else { x.saturating_neg() };
-    let wrong = along(estimate.disturbance.saturating_sub(load)).saturating_neg();
+    let beyond = estimate.disturbance.saturating_sub(estimate.load);
+    let wrong = along(beyond).saturating_neg();
     let [least, most] = rates.coulomb_bounds;
     if estimate.v.saturating_abs() < SLIDING {
         // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle. Where
         // the piston slips, what seems to be too little may be static friction.
         if approaches && !(rates.slips && wrong > 0) {
             let before = body.coulomb;
-            body.coulomb = limit(before.saturating_add(rates.slowly.of(wrong)), least, most);
+            let asked = before.saturating_add(rates.slowly.of(wrong));
+            body.coulomb = limit(asked, least, most);
+            learn_load(&mut estimate.load, beyond, body.coulomb != asked, rates);
             estimate.disturbance = estimate.disturbance.saturating_add(along(body.coulomb - before));
         }
         return;
@@ -174,7 +181,9 @@ pub(crate) fn learn_body(
     let mass_step = rates.mass_part.of(Part::from_bits(multiply(step, over_square(inert, inert.to_bits()), 26)));
     let before = *body;
     let coulomb = Acceleration::from_bits(multiply(friction_step, rates.coulomb.to_bits(), 26));
-    body.coulomb = limit(before.coulomb.saturating_add(coulomb), least, most);
+    let asked = before.coulomb.saturating_add(coulomb);
+    body.coulomb = limit(asked, least, most);
+    learn_load(&mut estimate.load, beyond, body.coulomb != asked, rates);
     let part = multiply(friction_step, viscous.to_bits(), 16);
     let [least, most] = rates.viscous_bounds;
     let change = Damping::from_bits(multiply(part, rates.viscous.to_bits(), 26));

@@ -183,9 +183,11 @@ impl ServoState {
             let (valve, body, lag) = tuning.start.parts();
             (self.valve, self.body, self.lag) = (valve, body, Lag::of(lag));
         }
+        let load = if self.learned { self.estimate.load } else { tuning.chambers.rest_force().saturating_neg() };
         let (centre, at_rest) = (tuning.valve.centre, Motion::at(y));
+        let disturbance = force.saturating_neg();
         *self = Self {
-            estimate: Estimate { y, force, disturbance: force.saturating_neg(), spool: centre, ..Estimate::default() },
+            estimate: Estimate { y, force, disturbance, load, spool: centre, ..Estimate::default() },
             motion: at_rest,
             stream: Stream::at(target),
             acting: centre,
@@ -295,8 +297,7 @@ impl Tuning {
         let slope = state.valve.slope(opening.theta >= 0, &air);
         state.lag.learn(wrong, opening.theta, slope, &self.learning);
         learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
-        let load = self.chambers.rest_force().saturating_neg();
-        learning::learn_body(&mut state.body, &mut state.estimate, load, state.approaches, &self.learning);
+        learning::learn_body(&mut state.body, &mut state.estimate, state.approaches, &self.learning);
         state.hold.learn_noise(force, &self.hold);
     }
 

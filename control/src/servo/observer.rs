@@ -55,6 +55,8 @@ pub struct Estimate {
     pub bristle: Acceleration,
     /// What the model does not explain.
     pub disturbance: Acceleration,
+    /// Force from outside as learned: what of the disturbance is neither friction nor mass.
+    pub load: Acceleration,
     /// Spool position.
     pub spool: Voltage,
 }

@@ -61,6 +61,8 @@ pub(crate) struct Aim {
     pub(crate) used: Part,
     /// Whether it stands where the reference has not yet arrived.
     pub(crate) new: bool,
+    /// Where it is now; where it stands, without what of it is noise.
+    pub(crate) target: Position,
 }
 
 /// A point as the plan sees it: from the aim, in units of the limits, 26 fractional bits.

@@ -1,28 +1,32 @@
 //! The target as a motion: a streamed target gets a velocity, an acceleration and a jerk, a step gets none.
 
-use super::factor::{Factor, Share};
+use super::factor::{Factor, Share, quotient};
 use super::reference::{Aim, Motion};
-use super::{Acceleration, Jerk, Part, Tick};
-use crate::arithmetic::{limit, multiply};
+use super::{Acceleration, Jerk, Part, Ratio, Tick};
+use crate::arithmetic::{limit, multiply, product};
 use crate::quantities::{Position, Velocity};
 use fixed::traits::Fixed;
 
 /// Constants of the stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StreamGains {
-    /// Largest change of the target's velocity that is not a step, times the tick.
-    pub(crate) smooth: Position,
-    /// Distance to the target at which the derivatives do not follow any more.
+    /// A standing target that changes by no more is the same.
+    pub(crate) dead_band: Position,
+    /// Ticks after which a target within the dead band stands.
+    pub(crate) longest_hold: u16,
+    /// Ticks between changes of the target up to which its derivatives follow with the whole bandwidth `w`.
+    pub(crate) whole: u16,
+    /// Distance to the target at which the derivatives do not follow any more, beyond what it moves while it is held.
     pub(crate) off: Position,
     /// Largest acceleration of a stream.
     pub(crate) acceleration: Acceleration,
     /// `1 / T`.
     pub(crate) per_tick: Factor<Position, Velocity>,
-    /// `3 w T`.
-    pub(crate) y: Share<Position, Position>,
-    /// `3 w² T`.
+    /// `3 w h`, with `h` the time of `whole` ticks.
+    pub(crate) y: Factor<Position, Position>,
+    /// `3 w² h`.
     pub(crate) v: Factor<Position, Velocity>,
-    /// `w³ T`.
+    /// `w³ h`.
     pub(crate) a: Factor<Position, Acceleration>,
     /// `w³`.
     pub(crate) jerk: Factor<Position, Jerk>,
@@ -40,21 +44,30 @@ pub(crate) struct StreamGains {
     pub(crate) followed: Factor<Part, Part>,
 }
 
-/// Follows a target that arrives as positions only.
+/// Follows a target that arrives as positions only: anew each tick or held for some by a slower sender, in codes, with noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stream {
     motion: Motion,
     jerk: Jerk,
     used: Part,
+    /// The target at its last change, while it moves.
     last: Position,
-    last_change: Position,
+    /// Where the target was when it last left the dead band.
+    anchor: Position,
+    /// Velocity by the last change; nought where it had stood before.
+    change_v: Velocity,
+    /// Ticks since the last change.
+    since: u16,
+    /// Ticks since the target left the dead band.
+    quiet: u16,
+    moves: bool,
     arrived: bool,
 }
 
 impl Stream {
     /// A target that stands.
     pub(crate) fn at(target: Position) -> Self {
-        Self { motion: Motion::at(target), last: target, ..Self::default() }
+        Self { motion: Motion::at(target), last: target, anchor: target, ..Self::default() }
     }
 
     /// The reference has arrived.
@@ -63,31 +76,50 @@ impl Stream {
         self.arrived = true;
     }
 
-    /// Takes this tick's target and predicts it for the next. A change of the target's velocity beyond the limit is a step.
+    #[inline]
+    fn stand(&mut self, target: Position) {
+        (self.motion, self.jerk, self.used, self.moves) = (Motion::at(target), Jerk::ZERO, Part::ZERO, false);
+    }
+
+    /// Takes this tick's target and predicts it for the next.
     #[inline]
     pub(crate) fn take(&mut self, target: Position, gains: &StreamGains, tick: &Tick) -> Aim {
-        let change = target.saturating_sub(self.last);
-        let smooth = change.saturating_sub(self.last_change).saturating_abs() <= gains.smooth;
-        let off = target.saturating_sub(self.motion.position());
-        let moving = |used| (Motion { v: gains.per_tick.of(change), ..Motion::at(target) }, Jerk::ZERO, used);
-        self.arrived &= smooth;
-        if !smooth || (change == 0 && self.last_change == 0) {
-            (self.motion, self.jerk, self.used) = (Motion::at(target), Jerk::ZERO, Part::ZERO);
-        } else if self.motion.v == 0 {
-            // It has just begun to move.
-            (self.motion, self.jerk, self.used) = moving(Part::ZERO);
-        } else if off.saturating_abs() > gains.off {
-            // It moves faster than the derivatives follow.
-            (self.motion, self.jerk, self.used) = moving(Part::ONE);
-        } else {
-            let m = &mut self.motion;
-            m.shift(gains.y.of(off));
-            m.v = m.v.saturating_add(gains.v.of(off));
-            m.a = limit(m.a.saturating_add(gains.a.of(off)), -gains.acceleration, gains.acceleration);
-            let follow = gains.jerk_follow.of(gains.jerk.of(off).saturating_sub(self.jerk));
-            self.jerk = self.jerk.saturating_add(follow);
+        (self.since, self.quiet) = (self.since.saturating_add(1), self.quiet.saturating_add(1));
+        if target.saturating_sub(self.anchor).saturating_abs() > gains.dead_band {
+            (self.anchor, self.quiet) = (target, 0);
         }
-        (self.last, self.last_change) = (target, change);
+        // Ticks since the last change. Held for longer a target stands.
+        let n = i32::from(self.since.min(gains.longest_hold));
+        let change = target.saturating_sub(self.last);
+        let changed = if self.moves { change != 0 } else { self.quiet == 0 };
+        let travelled = |v: Velocity| tick.change::<_, Position>(v).saturating_mul_int(n);
+        if self.moves {
+            let off = target.saturating_sub(self.motion.position());
+            // A target that is held stays behind its own motion. What the derivatives do not follow is a step.
+            let held = travelled(self.motion.v.saturating_abs());
+            if self.quiet > gains.longest_hold {
+                self.stand(target);
+            } else if off.saturating_abs() > gains.off.saturating_add(held) {
+                (self.arrived, self.change_v) = (false, Velocity::ZERO);
+                self.stand(target);
+            } else if changed {
+                self.follow(off, n, gains);
+            }
+        } else if changed {
+            let before = self.change_v;
+            let again = self.since <= gains.longest_hold;
+            let v = Velocity::from_bits(gains.per_tick.of(change).to_bits() / n.max(1));
+            self.change_v = if again { v } else { Velocity::ZERO };
+            if again && before != 0 && change.saturating_sub(travelled(before)).saturating_abs() <= gains.off {
+                (self.moves, self.motion) = (true, Motion { v, ..Motion::at(target) });
+            } else {
+                self.arrived = false;
+                self.stand(target);
+            }
+        }
+        if changed {
+            (self.last, self.since) = (target, 0);
+        }
         self.motion = self.motion.after(Jerk::ZERO, tick);
         // What the rig cannot follow is a row of targets without motion: else the reference, planned as seen from a target
         // that itself uses up the limits, would swing beyond it.
@@ -104,7 +136,27 @@ impl Stream {
             jerk: part_of(self.jerk, followed),
             used: self.used,
             new: !self.arrived,
+            target: if self.moves { target } else { self.motion.position() },
         }
+    }
+
+    /// Corrects the motion by a target that is `off` it, `n` ticks after the one before: with a bandwidth that falls as a slow sender's
+    /// interval grows.
+    #[inline]
+    fn follow(&mut self, off: Position, n: i32, gains: &StreamGains) {
+        let (n, whole) = (n.max(1), i32::from(gains.whole));
+        let per = |a: i32, b: i32| Ratio::from_bits(quotient(a.min(b), b.unsigned_abs(), Ratio::FRAC_NBITS));
+        let (time, slower) = (per(n, whole), per(whole, n));
+        let m = &mut self.motion;
+        m.shift(product(gains.y.of(off), time));
+        let time: Ratio = product(time, slower);
+        m.v = m.v.saturating_add(product(gains.v.of(off), time));
+        let a = m.a.saturating_add(product(gains.a.of(off), product::<_, _, Ratio>(time, slower)));
+        m.a = limit(a, -gains.acceleration, gains.acceleration);
+        let jerk: Jerk =
+            product(gains.jerk.of(off), product::<_, _, Ratio>(product::<_, _, Ratio>(slower, slower), slower));
+        let follow = gains.jerk_follow.of(jerk.saturating_sub(self.jerk));
+        self.jerk = self.jerk.saturating_add(follow.saturating_mul_int(n));
     }
 }
 

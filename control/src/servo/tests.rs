@@ -98,7 +98,7 @@ fn a_move_ends_on_its_target_without_passing_it_and_within_its_limits() {
     let tuning = tuning();
     for target in [1e-4, 1e-3, 0.045, 0.3, -0.4] {
         let mut motion = Motion::default();
-        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
+        let aim = standing(target);
         for _ in 0..3000 {
             motion = motion.arrived(&aim.motion, &tuning.limits);
             let jerk =
@@ -119,11 +119,76 @@ fn a_target_changed_in_mid_move_is_reached_too() {
     let mut motion = Motion::default();
     for tick in 0..3000 {
         let target = if tick < 150 { 0.3 } else { -0.02 };
-        let aim = reference::Aim { motion: Motion::at(metres(target)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
+        let aim = standing(target);
         motion = motion.arrived(&aim.motion, &tuning.limits);
         motion = motion.after(motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE), &tuning.tick);
     }
     assert!((value(motion.position()) + 0.02).abs() < 2e-6, "{motion:?}");
+}
+
+/// A new target that stands.
+fn standing(y: f64) -> reference::Aim {
+    let (motion, target) = (Motion::at(metres(y)), metres(y));
+    reference::Aim { motion, jerk: Jerk::ZERO, used: I6F26::ZERO, new: true, target }
+}
+
+#[test]
+fn a_sine_that_a_slow_sender_holds_has_its_own_velocity_too() {
+    let tuning = tuning();
+    let w = core::f64::consts::PI;
+    for (every, within_m, within_m_per_s) in [(2, 2e-5, 0.004), (5, 1e-4, 0.01), (20, 6e-4, 0.03)] {
+        let mut stream = Stream::at(Position::ZERO);
+        for tick in 0..2000_u32 {
+            let sent = metres(0.05 * (w * f64::from(tick / every * every) * 1e-3).sin());
+            let next = f64::from(tick + 1) * 1e-3;
+            let motion = stream.take(sent, &tuning.stream, &tuning.tick).motion;
+            let (y, v) = (value(motion.position()), motion.v);
+            if tick > 500 {
+                assert!((y - 0.05 * (w * next).sin()).abs() < within_m, "every {every} ms: {y} at {next}");
+                let wrong = value(v) - 0.05 * w * (w * next).cos();
+                assert!(wrong.abs() < within_m_per_s, "every {every} ms: {wrong} at {next}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_target_within_20_um_of_where_it_stands_is_the_same_and_one_that_stops_stands_within_25_ms() {
+    let tuning = tuning();
+    let mut stream = Stream::at(metres(0.01));
+    let mut take = |y: f64| stream.take(metres(y), &tuning.stream, &tuning.tick);
+    for tick in 0..100 {
+        assert_eq!(take(0.01 + if tick % 2 == 0 { 15e-6 } else { -15e-6 }), standing(0.01));
+    }
+    // A ramp that ends in noise.
+    let mut aim = standing(0.01);
+    for tick in 0..150 {
+        aim = take(0.01 + 1e-4 * f64::from(tick));
+    }
+    assert!((value(aim.motion.v) - 0.1).abs() < 1e-3, "{aim:?}");
+    let stands =
+        (0..60).map(|tick| take(0.025 + if tick % 2 == 0 { 5e-6 } else { -5e-6 })).position(|aim| aim.motion.v == 0);
+    assert!(stands.is_some_and(|ticks| ticks <= 26), "{stands:?}");
+}
+
+#[test]
+fn what_friction_cannot_be_is_load_and_moves_both_ways_tell_the_load_from_friction() {
+    let tuning = tuning();
+    let (_, start, _) = tuning.start.parts();
+    let (mut body, mut estimate) = (start, Estimate::default());
+    let (load, excess) = (-5.0, 0.3);
+    for tick in 0..20_000_u32 {
+        // The disturbance that a rig with this load and this much more friction than compensated shows.
+        let side = if tick / 200 % 2 == 0 { 1.0 } else { -1.0 };
+        estimate.v = Velocity::from_num(0.1 * side);
+        let missing =
+            value(start.coulomb) + excess - value(body.coulomb) - 0.1 * (value(body.viscous) - value(start.viscous));
+        estimate.disturbance = Acceleration::from_num(load - missing * side);
+        learning::learn_body(&mut body, &mut estimate, false, &tuning.learning);
+    }
+    assert!((value(estimate.load) - load).abs() < 0.1, "{estimate:?}");
+    let friction = |body: &Body| value(body.coulomb) + 0.1 * value(body.viscous);
+    assert!((friction(&body) - friction(&start) - excess).abs() < 0.05, "{body:?}");
 }
 
 #[test]
@@ -131,11 +196,7 @@ fn a_step_has_no_velocity_and_a_sine_has_its_own() {
     let tuning = tuning();
     let mut stream = Stream::at(Position::ZERO);
     for _ in 0..5 {
-        let aim = stream.take(metres(0.045), &tuning.stream, &tuning.tick);
-        assert_eq!(
-            aim,
-            reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true }
-        );
+        assert_eq!(stream.take(metres(0.045), &tuning.stream, &tuning.tick), standing(0.045));
     }
     let mut stream = Stream::at(Position::ZERO);
     let w = core::f64::consts::PI;
@@ -342,7 +403,7 @@ fn slow_motion_towards_a_standing_target_teaches_coulomb_friction_and_no_more_of
         let mut body = start;
         let disturbance = Acceleration::from_num(disturbance);
         let mut estimate = Estimate { v: Velocity::from_num(v), disturbance, ..Estimate::default() };
-        learning::learn_body(&mut body, &mut estimate, Acceleration::ZERO, true, &tuning.learning);
+        learning::learn_body(&mut body, &mut estimate, true, &tuning.learning);
         assert_eq!((body.viscous, body.mass), (start.viscous, start.mass), "slow motion says nothing of them");
         let [coulomb, given_up] = [body.coulomb - start.coulomb, estimate.disturbance - disturbance].map(value);
         // What is learned is no longer a disturbance.
@@ -424,11 +485,11 @@ fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_b
         value(body.coulomb) + 0.1 * value(body.viscous) - value(estimate.disturbance)
     };
     let whole = sum(&body, &estimate);
-    learning::learn_body(&mut body, &mut estimate, Acceleration::ZERO, false, &tuning.learning);
+    learning::learn_body(&mut body, &mut estimate, false, &tuning.learning);
     assert!(body.coulomb > start.coulomb && body.viscous > start.viscous, "{body:?}");
     assert!((sum(&body, &estimate) - whole).abs() < 1e-4, "what is learned is no longer a disturbance");
     let (before, slow) = (body, Estimate { v: Velocity::from_num(0.01), ..estimate });
-    learning::learn_body(&mut body, &mut slow.clone(), Acceleration::ZERO, false, &tuning.learning);
+    learning::learn_body(&mut body, &mut slow.clone(), false, &tuning.learning);
     assert_eq!(body, before, "a piston that may stick tells nothing");
 
     let mut lag = Lag::of(tuning.lag);
@@ -458,7 +519,7 @@ fn the_law_refuses_a_tick_too_slow_for_it_and_limits_that_do_not_fit_each_other(
 fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
     for tick_hz in [1000, 3000, 10_000, 20_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = reference::Aim { motion: Motion::at(metres(0.045)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
+        let aim = standing(0.045);
         let (mut motion, mut sides, mut last) = (Motion::default(), 0, 0);
         for _ in 0..tick_hz {
             motion = motion.arrived(&aim.motion, &tuning.limits);
@@ -478,7 +539,7 @@ fn the_jerk_of_a_move_changes_its_side_a_few_times_only_at_any_tick_rate() {
 fn along_the_speed_limit_the_jerk_does_not_alternate() {
     for tick_hz in [1000, 3000, 10_000] {
         let tuning = tuning_at(tick_hz);
-        let aim = reference::Aim { motion: Motion::at(metres(-0.4)), jerk: Jerk::ZERO, used: I6F26::ZERO, new: true };
+        let aim = standing(-0.4);
         let (mut motion, mut sides, mut last, mut fastest) = (Motion::default(), 0, Jerk::ZERO, 0.0_f64);
         while motion != aim.motion {
             let jerk = motion.jerk_towards(&aim, &tuning.limits, I6F26::ONE);

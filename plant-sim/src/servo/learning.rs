@@ -1,7 +1,7 @@
-//! Learning: valve gain, dead zone, lag, friction and mass, slowly, within bounds, and only where the motion shows them.
+//! Learning: valve gain, dead zone, lag, load, friction and mass, slowly, within bounds, and only where the motion shows them.
 //!
 //! Each is a step of least mean squares (Åström and Wittenmark 1995, 2.5): the error, times the regressor, over one plus
-//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which friction
+//! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which load, friction
 //! and mass explain.
 
 use super::air::Air;
@@ -23,6 +23,8 @@ const ZONE: [f64; 2] = [0.75, 1.25];
 const FRICTION: [f64; 2] = [0.3, 1.5];
 /// The mass over its nominal value.
 const MASS: [f64; 2] = [0.6, 1.5];
+/// How fast the load is learned while the piston moves, 1/s.
+const LOAD_RATE: f64 = 1.0;
 /// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
 const MASS_PART: f64 = 0.2;
 
@@ -89,25 +91,34 @@ pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
     body.coulomb = (body.coulomb * (1.0 - tuning.unlearn)).max(FRICTION[0] * tuning.coulomb);
 }
 
-/// Friction and mass, from what the disturbance of one tick shows beyond the known load, N. `approaches` says that the piston moves
-/// towards a target that stands.
-pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, approaches: bool, tuning: &Tuning) {
+/// The load, from what the disturbance of one tick shows `beyond` it, N. Over moves both ways that is the load alone, because friction
+/// changes its sign. What friction would have to leave its bounds for is load at once.
+fn learn_load(load: &mut f64, beyond: f64, friction_is_at_its_end: bool, tuning: &Tuning) {
+    *load += tuning.tick_s * if friction_is_at_its_end { tuning.slow_learn } else { LOAD_RATE } * beyond;
+}
+
+/// Load, friction and mass, from what the disturbance of one tick shows. `approaches` says that the piston moves towards a target
+/// that stands.
+pub fn learn_body(body: &mut Body, estimate: &mut Estimate, approaches: bool, tuning: &Tuning) {
     let side = estimate.v.signum();
+    let beyond = estimate.disturbance - estimate.load;
+    let [least, most] = FRICTION.map(|part| part * tuning.coulomb);
     if estimate.v.abs() < SLIDING {
         // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle. Where
         // the piston slips, what seems to be too little may be static friction.
-        let step = -tuning.slow_learn * tuning.tick_s * side * (estimate.disturbance - load);
+        let step = -tuning.slow_learn * tuning.tick_s * side * beyond;
         if approaches && !(tuning.stick_slip && step > 0.0) {
             let before = body.coulomb;
-            let [least, most] = FRICTION.map(|part| part * tuning.coulomb);
-            body.coulomb = (before + step).clamp(least, most);
+            let asked = before + step;
+            body.coulomb = asked.clamp(least, most);
+            learn_load(&mut estimate.load, beyond, body.coulomb != asked, tuning);
             estimate.disturbance += side * (body.coulomb - before);
         }
         return;
     }
     // In parts of the nominal Coulomb force, along the motion.
     let unit = tuning.coulomb * side;
-    let wrong = -(estimate.disturbance - load) / unit;
+    let wrong = -beyond / unit;
     let viscous = tuning.viscous * estimate.v / unit;
     let inert = tuning.mass * estimate.a / unit;
     let step = tuning.learn[2] * tuning.tick_s * wrong;
@@ -117,7 +128,9 @@ pub fn learn_body(body: &mut Body, estimate: &mut Estimate, load: f64, approache
         (value + step * nominal).clamp(least * nominal, most * nominal)
     };
     let before = *body;
-    body.coulomb = learned(before.coulomb, friction_step, tuning.coulomb, FRICTION);
+    let asked = before.coulomb + friction_step * tuning.coulomb;
+    body.coulomb = asked.clamp(least, most);
+    learn_load(&mut estimate.load, beyond, body.coulomb != asked, tuning);
     body.viscous = learned(before.viscous, friction_step * viscous, tuning.viscous, FRICTION);
     body.mass = learned(before.mass, mass_step, tuning.mass, MASS);
     // What is now explained is no longer a disturbance.

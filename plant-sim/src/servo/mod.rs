@@ -39,6 +39,8 @@ pub use tuning::Tuning;
 /// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
 const PRESSURE_RATE: f64 = 250.0;
 
+/// Least volume of a chamber over that at mid-stroke.
+const LEAST_VOLUME: f64 = 0.03;
 /// How fast the noise of the position is learned, 1/s.
 const NOISE_RATE: f64 = 3.0;
 /// Noise of a position code up to which hold and stick judge without caution, m.
@@ -129,7 +131,7 @@ impl Servo {
         let begins = self.samples == 0;
         self.samples = self.samples.saturating_add(1);
         if begins {
-            self.estimate.force = rest;
+            (self.estimate.force, self.estimate.load) = (rest, -rest);
         }
         let seen = readings.p_a.zip(readings.p_b).map(|(p_a, p_b)| area_a * p_a - area_b * p_b);
         let force = seen.unwrap_or(self.estimate.force);
@@ -168,7 +170,7 @@ impl Servo {
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
-            learning::learn_body(&mut self.body, &mut self.estimate, -rest, self.approaches, &tuning);
+            learning::learn_body(&mut self.body, &mut self.estimate, self.approaches, &tuning);
             self.hold.learn_noise(innovation.force, &tuning);
         }
         u
@@ -195,7 +197,7 @@ impl Servo {
         let (t, w) = (tuning.tick_s, tuning.law_w);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
-        let Aim { motion: aim, jerk: aim_jerk, used, new } = self.stream.take(target, &tuning.limits, t);
+        let Aim { motion: aim, jerk: aim_jerk, used, new, target } = self.stream.take(target, &tuning.limits, t);
         let followed = aim.v != 0.0 && used <= FOLLOWED_PART;
         let friction = tuning.bristle_stiffness * estimate.bristle;
         if !followed {
@@ -278,9 +280,10 @@ impl Servo {
         let (gas, known) = (&self.rig.gas, &self.known);
         let [area_a, area_b] = known.areas_m2;
         let [v_a0, v_b0] = known.volumes_m3;
-        let least = 0.1;
-        let volumes =
-            [(v_a0 + area_a * self.estimate.y).max(least * v_a0), (v_b0 - area_b * self.estimate.y).max(least * v_b0)];
+        let volumes = [
+            (v_a0 + area_a * self.estimate.y).max(LEAST_VOLUME * v_a0),
+            (v_b0 - area_b * self.estimate.y).max(LEAST_VOLUME * v_b0),
+        ];
         let [p_a, p_b, p_sup] = self.pressures;
         let atmosphere = self.rig.supply.atmosphere_pa;
         let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k;

@@ -33,6 +33,8 @@ pub struct Estimate {
     pub bristle: f64,
     /// What the model does not explain, N.
     pub disturbance: f64,
+    /// Force from outside as learned, N: what of the disturbance is neither friction nor mass.
+    pub load: f64,
     /// Spool position, V.
     pub spool: f64,
 }

@@ -2,14 +2,24 @@
 
 use super::reference::{CALM_JERK, Limits, Motion};
 
-/// Follows a target that arrives as positions only.
+/// Follows a target that arrives as positions only: anew each tick, or held for some by a slower sender; in codes, with noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stream {
     motion: Motion,
     jerk: f64,
     used: f64,
+    /// The target at its last change.
     last: f64,
-    last_change: f64,
+    /// Ticks since then.
+    since: u32,
+    /// Velocity by the last two changes; nought at rest.
+    change_v: f64,
+    /// Whether the target moves.
+    moves: bool,
+    /// Where the target was when it last left the dead band.
+    anchor: f64,
+    /// Ticks since then.
+    quiet: u32,
     arrived: bool,
 }
 
@@ -24,6 +34,8 @@ pub struct Aim {
     pub used: f64,
     /// Whether it stands where the reference has not yet arrived.
     pub new: bool,
+    /// Where it is now; where it stands, without what of it is noise, m.
+    pub target: f64,
 }
 
 /// Bandwidth with which the derivatives follow, rad/s.
@@ -37,11 +49,18 @@ const LOST_PART: f64 = 0.4;
 /// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
 const PEAK_HELD_S: f64 = 1.0;
 
+/// A standing target that changes by no more is the same: the piston would not be moved for it.
+const DEAD_BAND_M: f64 = 20e-6;
+/// A target that stays within the dead band for so long stands: the longest time that a sender may hold a value, s.
+const LONGEST_HOLD_S: f64 = 0.025;
+/// Bandwidth times the time between changes of the target, at most.
+const MOST_PER_CHANGE: f64 = 0.45;
+
 impl Stream {
     /// A target that stands.
     #[must_use]
     pub fn at(target: f64) -> Self {
-        Self { motion: Motion { y: target, ..Motion::default() }, last: target, ..Self::default() }
+        Self { motion: Motion { y: target, ..Motion::default() }, last: target, anchor: target, ..Self::default() }
     }
 
     /// The reference has arrived.
@@ -49,30 +68,55 @@ impl Stream {
         self.arrived = true;
     }
 
-    /// Takes this tick's target and predicts it for the next. A change of the target's velocity by more than four times
-    /// what the acceleration limit allows is a step.
+    fn stand(&mut self, target: f64) {
+        (self.motion, self.jerk, self.used, self.moves) = (Motion { y: target, ..Motion::default() }, 0.0, 0.0, false);
+    }
+
+    /// Takes this tick's target and predicts it for the next.
     pub fn take(&mut self, target: f64, limits: &Limits, t: f64) -> Aim {
-        let change = target - self.last;
-        let allowed = 4.0 * limits.acceleration * t * t;
-        let smooth = (change - self.last_change).abs() <= allowed;
-        let off = target - self.motion.y;
-        self.arrived &= smooth;
-        if !smooth || change == 0.0 && self.last_change == 0.0 {
-            (self.motion, self.jerk, self.used) = (Motion { y: target, ..Motion::default() }, 0.0, 0.0);
-        } else if self.motion.v == 0.0 {
-            // It has just begun to move.
-            (self.motion, self.jerk, self.used) = (Motion { y: target, v: change / t, a: 0.0 }, 0.0, 0.0);
-        } else if off.abs() > limits.acceleration / (BANDWIDTH * BANDWIDTH) {
-            // It moves faster than the derivatives follow.
-            (self.motion, self.jerk, self.used) = (Motion { y: target, v: change / t, a: 0.0 }, 0.0, 1.0);
-        } else {
-            let (w, m) = (BANDWIDTH, &mut self.motion);
-            m.y += 3.0 * w * t * off;
-            m.v += 3.0 * w * w * t * off;
-            m.a = (m.a + w * w * w * t * off).clamp(-4.0 * limits.acceleration, 4.0 * limits.acceleration);
-            self.jerk += (JERK_BANDWIDTH * t).min(1.0) * (w * w * w * off - self.jerk);
+        let longest = (LONGEST_HOLD_S / t) as u32;
+        (self.since, self.quiet) = (self.since.saturating_add(1), self.quiet.saturating_add(1));
+        let leaves = (target - self.anchor).abs() > DEAD_BAND_M;
+        if leaves {
+            (self.anchor, self.quiet) = (target, 0);
         }
-        (self.last, self.last_change) = (target, change);
+        // What the derivatives do not follow is a step.
+        let fastest = BANDWIDTH.min(MOST_PER_CHANGE / t);
+        let allowed = limits.acceleration / (fastest * fastest);
+        let h = f64::from(self.since) * t;
+        let change = target - self.last;
+        let changed = if self.moves { change != 0.0 } else { leaves };
+        if self.moves {
+            let off = target - self.motion.y;
+            // A target that is held stays behind its own motion.
+            let held = self.motion.v.abs() * h;
+            if self.quiet > longest {
+                self.stand(target);
+            } else if off.abs() > allowed + held {
+                self.arrived = false;
+                self.stand(target);
+                self.change_v = 0.0;
+            } else if changed {
+                let w = BANDWIDTH.min(MOST_PER_CHANGE / h);
+                let m = &mut self.motion;
+                m.y += 3.0 * w * h * off;
+                m.v += 3.0 * w * w * h * off;
+                m.a = (m.a + w * w * w * h * off).clamp(-4.0 * limits.acceleration, 4.0 * limits.acceleration);
+                self.jerk += (JERK_BANDWIDTH * h).min(1.0) * (w * w * w * off - self.jerk);
+            }
+        } else if changed {
+            let again = self.since <= longest && self.change_v != 0.0;
+            if again && (change - self.change_v * h).abs() <= allowed {
+                (self.moves, self.motion) = (true, Motion { y: target, v: change / h, a: 0.0 });
+            } else {
+                self.arrived = false;
+                self.stand(target);
+            }
+            self.change_v = if self.since <= longest { change / h } else { 0.0 };
+        }
+        if changed {
+            (self.last, self.since) = (target, 0);
+        }
         self.motion = self.motion.after(0.0, t);
         // What the rig cannot follow is a row of targets without motion: else the reference, planned as seen from a target
         // that itself uses up the limits, would swing beyond it.
@@ -89,6 +133,7 @@ impl Stream {
             jerk: followed * self.jerk,
             used: self.used,
             new: !self.arrived,
+            target: if self.moves { target } else { self.motion.y },
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Trials beyond a single move: rigs unlike their nominal values, sequences of random moves, streamed targets, a lost sensor.
 
-use super::bench::{Bench, Lost, step};
+use super::bench::{Bench, Lost, Move, step};
 use super::{Servo, Tuning};
 use plant_model::{Effect, Effects, Rig};
 use rand::rngs::Xoshiro256PlusPlus;
@@ -77,6 +77,25 @@ pub fn random_moves(bench: &mut Bench, count: u32, most: f64, seed: u64) -> Sequ
         seen.changes.push(run.changes);
     }
     seen
+}
+
+/// Moves under a constant load that the law does not know and the pressures balance at first, two seconds each.
+#[must_use]
+pub fn loaded_moves(bench: &mut Bench, targets_m: &[f64]) -> Vec<Move> {
+    let ticks = (2.0 / bench.servo.tuning.tick_s) as u32;
+    targets_m.iter().map(|target| step(bench, *target, ticks)).collect()
+}
+
+/// A load that is put on the resting piston and taken off again four seconds later: what becomes of the piston, from each change on.
+#[must_use]
+pub fn pushed(bench: &mut Bench, load_n: f64) -> [Move; 2] {
+    let ticks = |s: f64| (s / bench.servo.tuning.tick_s) as u32;
+    let (settle, watch) = (ticks(1.0), ticks(4.0));
+    step(bench, 0.0, settle);
+    [load_n, 0.0].map(|load_n| {
+        bench.load_n = load_n;
+        step(bench, 0.0, watch)
+    })
 }
 
 /// A streamed target.

@@ -2,7 +2,7 @@
 
 use super::reference::Limits;
 use plant_model::Rig;
-use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule};
+use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +123,7 @@ impl Tuning {
             observer_w,
             force_rate: FORCE_RATE,
             mass: rig.load.mass_kg,
-            bristle_stiffness: friction.stiffness_n_per_m,
+            bristle_stiffness: STIFFER * friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
             coulomb_start: if stick_slip { 0.8 } else { 0.92 },
