@@ -137,7 +137,7 @@ pub(crate) fn nominal_parameters(
         }
     }
     out.extend(stated_parameters(rig, judgeable));
-    out.extend(delay_beside_lag(rig, judgeable));
+    out.extend(delay(rig, judgeable));
     out.extend(opening_points(rig, judgeable, commands_v));
     if supply_measured {
         let tolerance = constants::supply_sensor() * rig.rig.supply.pressure_pa;
@@ -156,10 +156,14 @@ pub(crate) fn nominal_parameters(
     out
 }
 
-/// The values of effects that the rig file states with a tolerance, such as the most that a data sheet allows.
+/// The values of effects that the rig file states with a tolerance, such as the most that a data sheet allows, and the valve's lag.
 fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     let mut out = Vec::new();
-    for (effect, index, relative) in rig.tolerance.effect_entries(&rig.effects) {
+    let entries = || rig.tolerance.effect_entries(&rig.effects);
+    let lag = (rig.effects.get(Effect::ValveLag).is_some()
+        && !entries().any(|(effect, ..)| effect == Effect::ValveLag))
+    .then(|| (Effect::ValveLag, 0, lag_tolerance(rig)));
+    for (effect, index, relative) in entries().chain(lag) {
         let nominal = rig.effects.get(effect).and_then(|values| values.get(index)).copied().unwrap_or(0.0);
         let tolerance = relative * nominal.abs();
         let channels = effects::channels(effect) & judgeable;
@@ -181,22 +185,34 @@ fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     out
 }
 
-/// The delay of a valve whose lag the rig file states with a tolerance, but no delay: data sheets describe a valve by one number,
-/// and a spool of higher order acts later than one time constant says. As far as that is uncertain, so is the delay.
-fn delay_beside_lag(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
-    let channels = effects::channels(Effect::LineDelay) & judgeable;
+/// How well the lag of the valve is known, relative: as stated, else as well as data sheets give it where values have tolerances at all.
+fn lag_tolerance(rig: &RigFile) -> f64 {
     let lag = |(effect, ..): &(Effect, usize, f64)| *effect == Effect::ValveLag;
-    let (.., relative) = rig.tolerance.effect_entries(&rig.effects).find(lag)?;
-    let lag_s = rig.effects.get(Effect::ValveLag)?.first()?;
-    let tolerance = relative * lag_s;
-    (tolerance > 0.0 && channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then(|| Parameter {
+    let own = rig.tolerance.effect_entries(&rig.effects).find(lag).map(|(.., relative)| relative);
+    own.unwrap_or(if rig.tolerance.default == 0.0 { 0.0 } else { constants::stated_lag() })
+}
+
+/// What is left open of how late the valve acts. Filters and converters make all sensors a little late against the command, on any rig.
+/// And data sheets describe a valve by one number: a spool of higher order acts later than one time constant says, by no more than what
+/// is open of that.
+fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
+    let channels = effects::channels(Effect::LineDelay) & judgeable;
+    let lag_s = rig.effects.get(Effect::ValveLag).and_then(|values| values.first()).copied().unwrap_or(0.0);
+    let of_lag_s = lag_tolerance(rig) * lag_s;
+    let (tolerance, farthest) = if of_lag_s > constants::sensors_late_s() {
+        (of_lag_s, constants::farthest_nominal() * of_lag_s)
+    } else {
+        // No more: a delay that is plainly there has a cause.
+        (constants::sensors_late_s(), constants::weather_farthest() * constants::sensors_late_s())
+    };
+    (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then(|| Parameter {
         slot: Slot::Stated(Effect::LineDelay, 0),
         neutral: 0.0,
         scale: tolerance,
         negligible: 0.0,
         tolerance: Some(tolerance),
         min: 0.0,
-        max: constants::farthest_nominal() * tolerance,
+        max: farthest,
         channels,
     })
 }
@@ -272,17 +288,32 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_that_is_stated_with_a_tolerance_leaves_a_delay_that_is_not() {
-        let late =
-            |change: &dyn Fn(&mut RigFile)| of_table(&[0.0], change).contains(&Slot::Stated(Effect::LineDelay, 0));
-        let lag = |rig: &mut RigFile| {
-            rig.effects.set(Effect::ValveLag, &[0.002]);
-            rig.tolerance.set_effect(Effect::ValveLag, 0, 0.3);
+    fn a_delay_of_the_valve_is_open_by_what_sensors_are_late_and_by_what_is_open_of_its_lag() {
+        let rig = |tolerance: f64, change: &dyn Fn(&mut RigFile)| {
+            let mut rig = RigFile::paper_a();
+            rig.tolerance.default = tolerance;
+            change(&mut rig);
+            let of = |slot: Slot| {
+                let found = nominal_parameters(&rig, A | B, false, &[0.0]).into_iter().find(|p| p.slot == slot);
+                found.and_then(|p| p.tolerance)
+            };
+            [of(Slot::Stated(Effect::LineDelay, 0)), of(Slot::Stated(Effect::ValveLag, 0))]
         };
-        assert!(!late(&|_| {}) && late(&lag));
-        assert!(!late(&|rig| {
+        let lag = |rig: &mut RigFile| rig.effects.set(Effect::ValveLag, &[0.002]);
+        let late = constants::sensors_late_s();
+        assert_eq!(rig(0.0, &|_| {}), [Some(late), None]);
+        assert_eq!(rig(0.0, &lag), [Some(late), None], "exact, as all values");
+        let open = constants::stated_lag() * 0.002;
+        assert_eq!(rig(0.02, &lag), [Some(open); 2]);
+        let known = |rig: &mut RigFile| {
+            lag(rig);
+            rig.tolerance.set_effect(Effect::ValveLag, 0, 0.1);
+        };
+        assert_eq!(rig(0.02, &known), [Some(0.1 * 0.002); 2]);
+        let both = |rig: &mut RigFile| {
             lag(rig);
             rig.effects.set(Effect::LineDelay, &[0.003]);
-        }));
+        };
+        assert_eq!(rig(0.02, &both), [None, Some(open)]);
     }
 }
