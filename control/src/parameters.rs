@@ -172,7 +172,7 @@ parameter_table! {
     servo_viscous_per_s: f32 = 4.595753, "1/s", 0.0 => 1.0e4;
     /// Positioning law: Coulomb friction over the moving mass.
     servo_coulomb_m_per_s2: f32 = 2.281778, "m/s2", 0.0 => 5_000.0;
-    /// Positioning law: time constant with which the valve's spool follows its command.
+    /// Positioning law and monitor: time constant with which the valve's spool follows its command.
     servo_lag_s: f32 = 1.7e-3, "s", 0.0 => 0.1;
 
     // The law's format ends at 32,767 V/m. At 10,000 V/m half a millimetre opens a 5 V valve fully: beyond, the law is a
