@@ -205,7 +205,7 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
         // No more: a delay that is plainly there has a cause.
         (constants::sensors_late_s(), constants::weather_farthest() * constants::sensors_late_s())
     };
-    (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then(|| Parameter {
+    (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then_some(Parameter {
         slot: Slot::Stated(Effect::LineDelay, 0),
         neutral: 0.0,
         scale: tolerance,
