@@ -267,8 +267,8 @@ impl Tuning {
         let coulomb_start = if p.servo_stick_slip { SLIPPING_COULOMB_START } else { COULOMB_START };
         let weight = (t / if p.servo_stick_slip { SLIPPING_MEAN_S } else { MEAN_S }).min(1.0);
         let ticks = |time_s: f64| (time_s * hz) as u16;
-        // A whole number of ticks.
-        let whole_s = f64::from(((MOST_PER_CHANGE / STREAM_BANDWIDTH * hz) as u16).max(1)) * t;
+        let whole = ticks(MOST_PER_CHANGE / STREAM_BANDWIDTH).max(1);
+        let whole_s = f64::from(whole) * t;
         let stream_w = STREAM_BANDWIDTH.min(MOST_PER_CHANGE / whole_s);
         let valve = valve(p, inverse, opening);
         Ok(Self {
@@ -333,7 +333,7 @@ impl Tuning {
             stream: StreamGains {
                 dead_band: exactly(DEAD_BAND_M),
                 longest_hold: ticks(LONGEST_HOLD_S),
-                whole: (whole_s * hz + 0.5) as u16,
+                whole,
                 off: exactly(acceleration / (stream_w * stream_w)),
                 acceleration: exactly(4.0 * acceleration),
                 per_tick: Factor::new(hz),

@@ -156,14 +156,21 @@ pub(crate) fn nominal_parameters(
     out
 }
 
-/// The values of effects that the rig file states with a tolerance, such as the most that a data sheet allows, and the valve's lag.
+/// How well values of effects are known, relative: as the rig file states. A lag of the valve without an entry is known as well as data
+/// sheets give it, unless all values are exact.
+fn effect_tolerances(rig: &RigFile) -> Vec<(Effect, usize, f64)> {
+    let mut all: Vec<_> = rig.tolerance.effect_entries(&rig.effects).collect();
+    let lag = Effect::ValveLag;
+    if rig.tolerance.default != 0.0 && rig.effects.get(lag).is_some() && all.iter().all(|(effect, ..)| *effect != lag) {
+        all.push((lag, 0, constants::stated_lag()));
+    }
+    all
+}
+
+/// The values of effects that are not exact, such as the most that a data sheet allows.
 fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     let mut out = Vec::new();
-    let entries = || rig.tolerance.effect_entries(&rig.effects);
-    let lag = (rig.effects.get(Effect::ValveLag).is_some()
-        && !entries().any(|(effect, ..)| effect == Effect::ValveLag))
-    .then(|| (Effect::ValveLag, 0, lag_tolerance(rig)));
-    for (effect, index, relative) in entries().chain(lag) {
+    for (effect, index, relative) in effect_tolerances(rig) {
         let nominal = rig.effects.get(effect).and_then(|values| values.get(index)).copied().unwrap_or(0.0);
         let tolerance = relative * nominal.abs();
         let channels = effects::channels(effect) & judgeable;
@@ -185,20 +192,15 @@ fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     out
 }
 
-/// How well the lag of the valve is known, relative: as stated, else as well as data sheets give it where values have tolerances at all.
-fn lag_tolerance(rig: &RigFile) -> f64 {
-    let lag = |(effect, ..): &(Effect, usize, f64)| *effect == Effect::ValveLag;
-    let own = rig.tolerance.effect_entries(&rig.effects).find(lag).map(|(.., relative)| relative);
-    own.unwrap_or(if rig.tolerance.default == 0.0 { 0.0 } else { constants::stated_lag() })
-}
-
 /// What is left open of how late the valve acts. Filters and converters make all sensors a little late against the command, on any rig.
 /// And data sheets describe a valve by one number: a spool of higher order acts later than one time constant says, by no more than what
 /// is open of that.
 fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let channels = effects::channels(Effect::LineDelay) & judgeable;
     let lag_s = rig.effects.get(Effect::ValveLag).and_then(|values| values.first()).copied().unwrap_or(0.0);
-    let of_lag_s = lag_tolerance(rig) * lag_s;
+    let tolerances = effect_tolerances(rig);
+    let of_lag_s =
+        tolerances.iter().find(|(effect, ..)| *effect == Effect::ValveLag).map_or(0.0, |(.., part)| part * lag_s);
     let (tolerance, farthest) = if of_lag_s > constants::sensors_late_s() {
         (of_lag_s, constants::farthest_nominal() * of_lag_s)
     } else {
