@@ -53,7 +53,7 @@ impl Channel {
 pub enum Reason {
     /// A reading outside what the sensor can deliver: wire broken, shorted, supply of the sensor lost.
     Range(Channel),
-    /// A reading that no longer carries the noise it had.
+    /// A reading that repeats one code although it was noisy, or that froze in mid-move.
     Stuck(Channel),
     /// A reading that jumps faster than the plant can.
     Rate(Channel),

@@ -33,13 +33,19 @@ impl Causes {
     pub(crate) const TIMING: Self = Self(1 << 4);
     /// A host that is silent.
     pub(crate) const HOST: Self = Self(1 << 5);
-    /// What permits no stop but at once.
+    /// Faults after which the valve must close at once (stop category 0).
     pub(crate) const AT_ONCE: Self = Self(1 << 6);
 
     /// The same and `cause`, where it `applies`.
     #[inline]
     pub(crate) fn and(self, cause: Self, applies: bool) -> Self {
         if applies { Self(self.0 | cause.0) } else { self }
+    }
+
+    /// Whether one of these spoils what the law learns: a reading or the valve.
+    #[inline]
+    pub(crate) fn spoil_learning(self) -> bool {
+        self.contain(Self(!(Self::SUPPLY.0 | Self::TIMING.0 | Self::HOST.0)))
     }
 
     #[inline]

@@ -240,8 +240,8 @@ pub fn learn(config: &Config, state: &mut ControllerState) {
     }
 }
 
-/// What the positioning law sees: in a controlled stop its reference instead of a position that has failed, and none of a pressure or
-/// a supply, for which it has its model.
+/// What the positioning law sees. In a controlled stop a failed position reads as the reference at the trip, a failed pressure follows
+/// from the modelled force, and a failed or low supply counts as nominal.
 #[inline]
 fn readings(config: &Config, state: &ControllerState, y: Position) -> Readings {
     let read = |channel: &ChannelState| Pressure::from_bits(channel.good());
@@ -295,7 +295,8 @@ fn judge(config: &Config, state: &mut ControllerState, inputs: &Inputs) -> Fault
         None
     };
     let difference = state.pressure_a.good().saturating_sub(state.pressure_b.good());
-    let frozen = state.freeze.frozen(&config.freeze, inputs.position, difference);
+    // An obstacle shows in both pressures alone.
+    let frozen = state.freeze.frozen(&config.freeze, inputs.position, difference) && state.lost == [false; 2];
     let supply_low = config.supply_sensor
         && state.supply.seen()
         && bucket(
@@ -393,6 +394,7 @@ fn advance_mode(config: &Config, state: &mut ControllerState, inputs: &Inputs, f
             for channel in [&mut state.position, &mut state.pressure_a, &mut state.pressure_b, &mut state.supply] {
                 channel.clear();
             }
+            state.freeze = FreezeWatch::default();
             (state.missed, state.late, state.overrun, state.supply_low) = (0, 0, 0, 0);
             Mode::SelfTest { ticks_left: config.self_test_ticks }
         }
@@ -421,6 +423,9 @@ fn advance_mode(config: &Config, state: &mut ControllerState, inputs: &Inputs, f
         (mode, None, _) => mode,
     };
     state.mode = mode;
+    if matches!((before, mode), (Mode::Run, Mode::Safe(_))) && !state.begin && faults.causes.spoil_learning() {
+        state.servo.forget();
+    }
     match (before, mode) {
         // A law that has not begun yet knows nothing of the rig.
         (Mode::Run, Mode::Safe(_)) if !state.begin && !state.servo.hold.on => {

@@ -3,7 +3,7 @@
 
 use control::{
     AdcCode, Config, Contradicts, ControllerState, End, ExternalFaults, Inputs, Key, LawChoice, Mode, OperatorCommand,
-    Parameters, Position, Pressure, learn, step,
+    Parameters, Position, Pressure, Value, learn, step,
 };
 use proptest::prelude::*;
 
@@ -45,30 +45,75 @@ fn inputs() -> impl Strategy<Value = Inputs> {
     )
 }
 
-/// Converters and law over the whole accepted space.
+/// A parameter of the positioning law: `part` of the way from its default, or from the middle of its range, to an end of that.
+fn put_servo(p: &mut Parameters, key: Key, part: f64) {
+    let limits = key.row().limits;
+    let value = match key.default_value() {
+        Value::Flag(_) | Value::Choice(..) => f64::from(part > 0.0),
+        // Decades, where the range has them.
+        _ if limits.low > 0.0 => {
+            let default = match key.default_value() {
+                Value::Number(default) => f64::from(default),
+                _ => (limits.low * limits.high).sqrt(),
+            };
+            default * (if part < 0.0 { default / limits.low } else { limits.high / default }).powf(part)
+        }
+        _ => limits.high * part.abs().powi(8),
+    };
+    p.put(key, End::First, value.clamp(limits.low, limits.high) as f32);
+}
+
+/// The parameters of the positioning law, each somewhere between its default and an end of its range; tables of openings rise.
+fn servo_parameters() -> impl Strategy<Value = Vec<(Key, f64)>> {
+    let keys: Vec<Key> = Key::ALL.into_iter().filter(|key| key.row().key.starts_with("servo_")).collect();
+    let (count, openings) = (keys.len(), |key: &Key| key.row().key.starts_with("servo_opening"));
+    let any = (prop::collection::vec(-1.0_f64..1.0, count), 0.0_f64..1.0, any::<[bool; 3]>());
+    any.prop_map(move |(mut parts, most, [table, choked, sides])| {
+        let steps = keys.iter().position(openings).unwrap_or(count);
+        parts[steps..].sort_by(f64::total_cmp);
+        let given = |key: &Key| match key.row().key {
+            name if name.starts_with("servo_opening") => table,
+            name if name.ends_with("critical_ratio") => choked,
+            name if name.contains("_b_") => sides,
+            _ => true,
+        };
+        keys.iter().zip(&parts).filter(|(key, _)| given(key)).map(|(key, part)| (*key, part * most)).collect()
+    })
+}
+
+/// Converters and laws over the whole accepted space.
 fn accepted_parameters() -> impl Strategy<Value = Parameters> {
     (
         (-3.9_f32..3.0, 0.01_f32..3.0, 8_u8..=16, 8_u8..=16, 50_u32..20_000),
         (0.0_f32..300.0, prop::option::of(1e-4_f32..50.0), prop::option::of(0.1_f32..1000.0)),
         (-1.0_f32..0.0, 0.0_f32..1.0, 0.05_f32..20.0, 0.0_f32..0.1, 0.0_f32..0.1),
-        (any::<bool>(), 0.0_f32..0.2),
+        (any::<bool>(), 0.0_f32..0.2, any::<[bool; 2]>()),
+        servo_parameters(),
     )
-        .prop_map(|(c, l, z, s)| Parameters {
-            law: if s.0 { LawChoice::Servo } else { LawChoice::Paper },
-            stop_time_s: s.1,
-            position_range_m: [c.0, c.0 + c.1],
-            adc_bits: c.2,
-            dac_bits: c.3,
-            tick_hz: c.4,
-            gain_v_per_m: l.0,
-            setpoint_velocity_m_per_s: l.1,
-            setpoint_acceleration_m_per_s2: l.2,
-            dead_zone_left_v: z.0,
-            dead_zone_right_v: z.1,
-            slope_right: z.2,
-            glitch_time_s: z.3,
-            stuck_time_s: z.4,
-            ..Parameters::default()
+        .prop_map(|(c, l, z, s, servo)| {
+            let mut p = Parameters {
+                law: if s.0 { LawChoice::Servo } else { LawChoice::Paper },
+                stop_time_s: s.1,
+                position_range_m: [c.0, c.0 + c.1],
+                adc_bits: c.2,
+                dac_bits: c.3,
+                tick_hz: c.4,
+                gain_v_per_m: l.0,
+                setpoint_velocity_m_per_s: l.1,
+                setpoint_acceleration_m_per_s2: l.2,
+                dead_zone_left_v: z.0,
+                dead_zone_right_v: z.1,
+                slope_right: z.2,
+                glitch_time_s: z.3,
+                stuck_time_s: z.4,
+                pressure_sensors: s.2[0],
+                pressure_loss_trips: s.2[1],
+                ..Parameters::default()
+            };
+            for (key, part) in servo {
+                put_servo(&mut p, key, part);
+            }
+            p
         })
 }
 

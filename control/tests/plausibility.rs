@@ -2,7 +2,7 @@
 
 mod bench;
 use bench::Bench;
-use control::{AdcCode, Channel, Inputs, Mode, Parameters};
+use control::{AdcCode, Channel, Inputs, Mode, OperatorCommand, Parameters};
 
 fn channel(inputs: &mut Inputs, channel: Channel) -> &mut AdcCode {
     match channel {
@@ -225,6 +225,32 @@ fn a_quiet_position_that_freezes_in_mid_move_is_stuck_unless_the_pressures_speak
     assert_eq!(freeze_after_motion(20, 0).to_string(), "safe:position-stuck");
     assert_eq!(freeze_after_motion(20, 500).to_string(), "safe:position-stuck");
     assert_eq!(freeze_after_motion(20, 3000), Mode::Run);
+}
+
+#[test]
+fn without_measured_pressures_nothing_tells_an_obstacle_from_a_freeze() {
+    let p = Parameters { pressure_sensors: false, ..Parameters::default() };
+    let mut bench = Bench::new(&p, control::ControllerState::armed());
+    for _ in 0..500 {
+        bench.inputs.position = AdcCode(bench.inputs.position.0 + 20);
+        bench.run(1);
+    }
+    assert_eq!(bench.run(100), Mode::Run);
+}
+
+#[test]
+fn a_freeze_is_forgotten_when_the_fault_is_reset() {
+    let mut bench = Bench::armed();
+    for _ in 0..500 {
+        bench.inputs.position = AdcCode(bench.inputs.position.0 + 20);
+        bench.run(1);
+    }
+    assert_eq!(bench.run(100).to_string(), "safe:position-stuck");
+    // The sensor is sound again, and the piston stands.
+    bench.command(OperatorCommand::ResetFault);
+    bench.run(200);
+    bench.command(OperatorCommand::Arm);
+    assert_eq!(bench.run(100), Mode::Run);
 }
 
 #[test]

@@ -43,6 +43,34 @@ const PERMITTED: [(&str, Spoil); 10] = [
     ("command-time-out", |inputs| inputs.host_heard = false),
 ];
 
+#[test]
+fn what_a_run_has_learned_up_to_a_fault_of_a_sensor_or_the_valve_is_forgotten() {
+    let forgotten = |spoil: Spoil| {
+        let mut bench = Bench::new(&parameters(), ControllerState::armed()).noisy(20);
+        let start = bench.config.learned(bench.state.servo()).expect("the positioning law");
+        // To and fro, so that the law believes that it has moved something.
+        for n in 0..400_u16 {
+            let out = if n % 200 < 100 { n % 100 } else { 100 - n % 100 };
+            bench.inputs.position = AdcCode(32_768 + 10 * out);
+            bench.inputs.pressure_a = AdcCode(23_700 + 10 * out);
+            assert_eq!(bench.run(1), Mode::Run);
+            control::learn(&bench.config, &mut bench.state);
+        }
+        let learned = bench.config.learned(bench.state.servo()).expect("the positioning law");
+        assert_ne!(learned, start);
+        trip(&mut bench, spoil);
+        let after = bench.config.learned(bench.state.servo()).expect("the positioning law");
+        assert!(after == start || after == learned, "{after:?}");
+        after == start
+    };
+    for (word, spoil) in PERMITTED {
+        let sensor = word.starts_with("position") || word.starts_with("pressure");
+        assert_eq!(forgotten(spoil), sensor, "{word}");
+    }
+    assert!(forgotten(|inputs| inputs.faults.valve_output = true));
+    assert!(forgotten(|inputs| inputs.faults.model_disagreement = true));
+}
+
 /// Spoils every tick until the trip, that tick included; its word.
 fn trip(bench: &mut Bench, spoil: Spoil) -> String {
     for _ in 0..100 {

@@ -161,7 +161,7 @@ impl Desk {
             }
             Command::Learned => Ok(Action::Reply(Reply::Learned(self.learned(now)?))),
             Command::Keep => {
-                // In bench mode the simulated plant has taught it, and a fault may have.
+                // In bench mode the simulated plant has taught it. What a fault taught is forgotten at its trip.
                 only_in(mode == Mode::Idle && !now.bench())?;
                 let learned = now.learned().filter(|_| now.has_learned()).ok_or(Refusal::NothingLearned)?;
                 let rig = self.in_force().rig_check();

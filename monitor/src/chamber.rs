@@ -138,7 +138,7 @@ impl Watch {
             orifices.inflow(filling, opening, p, interval.supply_pa, m.atmosphere_pa).mass_flow
         };
         let bore = flow(balance.filling, valve.opening);
-        // Whoever turned the needle's screw did not tell: all that it may hold back is allowed.
+        // How far the cushion's needle is open is unknown: all of the flow that it can hold back is allowed as error.
         let inflow = if orifices.cushion.is_some() {
             let (y, supply) = (balance.distance_m, interval.supply_pa);
             orifices.inflow_at(y, balance.filling, valve.opening, p, supply, m.atmosphere_pa).mass_flow

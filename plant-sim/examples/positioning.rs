@@ -1,6 +1,6 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
 //! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
-//! [streams=0] [loads=0] [ends=0] [sines=0] [sine_hz=0.5]
+//! [streams=0] [loads=0] [ends=0] [obstacles=0] [sines=0] [sine_hz=0.5]
 //! [sent_ms=0] [sent_um=0] [sent_noise_um=0] [noise=1] [friction=1] [stiff=1] [draws_mm=45] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
@@ -9,14 +9,16 @@
 use plant_model::Rig;
 use plant_sim::servo::Tuning;
 use plant_sim::servo::bench::{Driver, Lost, Move, Sent, sine, step};
-use plant_sim::servo::trials::{Wave, bench, loaded_moves, pushed, random_moves, stream, with_friction};
+use plant_sim::servo::trials::{
+    Obstructed, Wave, bench, loaded_moves, obstructed, pushed, random_moves, stream, with_friction,
+};
 use rayon::prelude::*;
 
 const LAG_S: f64 = 1.7e-3;
 const ZONE_V: f64 = 0.42;
 /// What can be given: the study, then constants of the law, most as a factor.
-const NAMES: &str = "seeds draws draws_mm first noise friction stiff bs hz lost moves loads ends streams sines sine_hz sent_ms sent_um sent_noise_um list trace seed drawn ticks every \
-                     w wo J A V fr blend sg sf sv st he hl hs hf hb hm jt fc0 ul lg lz lf";
+const NAMES: &str = "seeds draws draws_mm first noise friction stiff bs hz lost moves loads ends obstacles streams sines sine_hz sent_ms sent_um sent_noise_um list trace seed drawn ticks every \
+                     w wo J A V fr blend sg sf sv st he hl hs hf hb hm jt fc0 ul lg lz lf sr sm sn";
 
 fn nominal(case: char) -> (Rig<f64>, f64) {
     let (mut rig, longest) = match case {
@@ -79,6 +81,8 @@ fn main() {
             ("hf", &mut tuning.hold_force),
             ("hb", &mut tuning.hold_band),
             ("hm", &mut tuning.hold_margin),
+            ("sr", &mut tuning.stall_rate),
+            ("sm", &mut tuning.stall_force),
         ] {
             *place *= value(name).unwrap_or(1.0);
         }
@@ -86,6 +90,7 @@ fn main() {
         tuning.coast_ticks = value("jt").map_or(tuning.coast_ticks, |ticks| ticks as u32);
         tuning.stick_ticks = value("st").map_or(tuning.stick_ticks, |ticks| ticks as u32);
         tuning.coulomb_start = value("fc0").unwrap_or(tuning.coulomb_start);
+        tuning.stall_ticks = value("sn").map_or(tuning.stall_ticks, |ticks| ticks as u32);
         tuning.unlearn = value("ul").unwrap_or(tuning.unlearn);
         for (name, rate) in ["lg", "lz", "lf"].into_iter().zip(&mut tuning.learn) {
             *rate = value(name).unwrap_or(*rate);
@@ -102,6 +107,7 @@ fn main() {
         if let Some(mm) = value("trace") {
             let seed = value("seed").map_or(1, |s| s as u64);
             let mut bench = on(value("drawn").is_some(), seed);
+            bench.obstacle(value("obstacles").map(|mm| 1e-3 * mm));
             for tick in 0..value("ticks").unwrap_or(1000.0) as u32 {
                 let (y, _) = bench.tick(mm * 1e-3);
                 if tick % value("every").unwrap_or(10.0) as u32 == 0 {
@@ -316,6 +322,26 @@ fn main() {
                 runs.iter().map(|run| run.settled_s).filter(|t| t.is_finite()).fold(0.0, f64::max),
                 1e3 * worst(|run| run.rest_peak_m),
                 runs.iter().filter(|run| run.changes == 0).count(),
+            );
+        }
+        let obstacles = value("obstacles").unwrap_or(0.0) as u64;
+        for blocked_s in [0.1, 0.2, 0.5, 1.0, 2.0].into_iter().filter(|_| obstacles > 0) {
+            let runs: Vec<Obstructed> = (first..first + obstacles)
+                .into_par_iter()
+                .map(|seed| {
+                    obstructed(
+                        &mut on(value("drawn").is_some(), seed),
+                        if case == 'c' { 0.03 } else { 0.045 },
+                        blocked_s,
+                    )
+                })
+                .collect();
+            let worst = |of: fn(&Obstructed) -> f64| runs.iter().map(of).fold(0.0, f64::max);
+            println!(
+                "  obstacle for {blocked_s} s: force at most {:.0} % of the supply's, then {:.1} mm beyond the target at most; settled within {:.2} s",
+                100.0 * worst(|run| run.force),
+                1e3 * worst(|run| run.after.overshoot_m),
+                worst(|run| run.after.settled_s),
             );
         }
         let streams = value("streams").unwrap_or(0.0) as u64;

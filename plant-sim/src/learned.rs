@@ -12,7 +12,9 @@ pub fn table(values: &LearnedValues) -> Table {
     for quantity in Quantity::ALL {
         let index = usize::from(quantity.number());
         let nominal = f64::from(values.nominal[index]);
-        let [least, most] = quantity.limits().map(|part| shown(part * nominal));
+        let [least, most] = quantity
+            .limits()
+            .map_or_else(|| ["–".to_owned(), "–".to_owned()], |limits| limits.map(|part| shown(part * nominal)));
         let kept = values.kept.map_or_else(|| "–".to_owned(), |kept| shown(kept[index].into()));
         let now = shown(values.now[index].into());
         table.row([quantity.name().to_owned(), now, shown(nominal), least, most, kept]);
@@ -32,18 +34,20 @@ pub fn comparison<'r>(runs: impl IntoIterator<Item = (&'r str, &'r LearnedValues
         Quantity::Coulomb => "Coulomb friction",
         Quantity::Viscous => "viscous",
         Quantity::Mass => "mass",
+        Quantity::Load => "load, m/s²",
     });
     let mut table = Table::new(std::iter::once("learned, over nominal").chain(names));
-    let limits = Quantity::ALL.map(|quantity| {
-        let [least, most] = quantity.limits();
-        format!("{least} … {most}")
-    });
+    let limits = Quantity::ALL
+        .map(|quantity| quantity.limits().map_or_else(|| "–".to_owned(), |[least, most]| format!("{least} … {most}")));
     table.row(std::iter::once("between".to_owned()).chain(limits));
     for (name, values) in runs {
-        let parts = values.now.iter().zip(values.nominal).map(|(now, nominal)| match nominal {
-            // The rig has none of it, and none is learned.
-            0.0 => "–".to_owned(),
-            _ => format!("{:.3}", now / nominal),
+        let parts = Quantity::ALL.into_iter().zip(values.now).zip(values.nominal).map(|((quantity, now), nominal)| {
+            match (quantity.limits(), nominal) {
+                (None, _) => format!("{now:.3}"),
+                // The rig has none of it, and none is learned.
+                (Some(_), 0.0) => "–".to_owned(),
+                (Some(_), _) => format!("{:.3}", now / nominal),
+            }
         });
         table.row(std::iter::once(name.to_owned()).chain(parts));
     }

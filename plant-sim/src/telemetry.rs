@@ -87,7 +87,9 @@ fn number<T: std::str::FromStr>(line: &str, key: &str) -> Option<T> {
 fn learned(line: &str) -> Option<Quantities> {
     let mut values = Quantities::default();
     for (value, quantity) in values.iter_mut().zip(Quantity::ALL) {
-        *value = number(line, quantity.name()).filter(|value: &f32| value.is_finite())?;
+        let told = number(line, quantity.name()).filter(|value: &f32| value.is_finite());
+        // Older firmware does not tell the load.
+        *value = if quantity == Quantity::Load { told.unwrap_or_default() } else { told? };
     }
     Some(values)
 }

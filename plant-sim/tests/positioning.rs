@@ -1,10 +1,10 @@
 //! The positioning law of the firmware's tick against its f64 reference, on the same rig, in the set-up of the study.
 
-use control::{ControllerState, QUANTITIES, Quantity};
+use control::{ControllerState, Quantity};
 use firmware_core::{ControlLoop, Setup};
 use plant_model::{Effect, Effects, Rig};
 use plant_sim::servo::bench::{Bench, Driver, Sent, sine, step};
-use plant_sim::servo::trials::{Wave, loaded_moves, pushed, stream, with_friction};
+use plant_sim::servo::trials::{Wave, loaded_moves, obstructed, pushed, stream, with_friction};
 use plant_sim::servo::{Servo, Tuning};
 
 /// Cases, the time in which each must have settled after 45 mm, and the amplitude of its sine.
@@ -192,8 +192,10 @@ fn a_limit_cycle_from_too_much_friction_is_unlearned() {
 
 #[test]
 fn wherever_learning_stands_between_its_limits_moves_stay_bounded() {
-    // All corners of the eight limits: the farthest from the rig that learning can be, and the farthest that can be kept.
-    let corners = 1_usize << QUANTITIES;
+    let limited: Vec<_> =
+        Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, quantity.limits()?))).collect();
+    // All corners of the limits: the farthest from the rig that learning can be, and the farthest that can be kept.
+    let corners = 1_usize << limited.len();
     for (name, rig, ..) in cases() {
         let (mut overshoot_m, mut rest_peak_m, mut moves, mut hunting) = (0.0_f64, 0.0_f64, 0, 0);
         for corner in (0..corners).step_by(corners / test_stages::of(corners, 16)) {
@@ -202,11 +204,10 @@ fn wherever_learning_stands_between_its_limits_moves_stay_bounded() {
             let mut bench = bench(rig, Driver::Tick, corner as u64);
             let control_loop = bench.control_loop.as_ref().expect("the tick drives");
             let mut values = control_loop.learned_values(1000).expect("the positioning law").nominal;
-            for (value, quantity) in values.iter_mut().zip(Quantity::ALL) {
-                let [least, most] = quantity.limits();
+            for (quantity, [least, most]) in &limited {
                 let part = if corner >> quantity.number() & 1 == 0 { least } else { most };
                 // A hair inside: limits are rounded to the tick's formats.
-                *value *= (1.0 + (part - 1.0) * 0.9999) as f32;
+                values[usize::from(quantity.number())] *= (1.0 + (part - 1.0) * 0.9999) as f32;
             }
             let mut config = control_loop.config().clone();
             config.start_from(&values, 1000).unwrap_or_else(|quantity| panic!("{}", quantity.name()));
@@ -227,5 +228,19 @@ fn wherever_learning_stands_between_its_limits_moves_stay_bounded() {
         );
         // As the draws of docs/control-law.md call it stable.
         assert!(rest_peak_m < 2e-3 && overshoot_m < 5e-3, "{name}");
+    }
+}
+
+#[test]
+fn an_obstacle_is_pushed_with_part_of_the_force_and_the_piston_ends_on_its_target_once_it_gives_way() {
+    // What an obstacle of a second met before, and by how far its target was passed then: 99, 59 and 99 %, 360, 255 and 48 mm.
+    for ((name, rig, ..), [most_force, most_m]) in cases().into_iter().zip([[0.75, 0.2], [0.4, 0.15], [0.55, 0.03]]) {
+        let target_m = if name == "c" { 0.03 } else { 0.045 };
+        for seed in 0..3 {
+            let seen = obstructed(&mut bench(rig, Driver::Tick, seed), target_m, 1.0);
+            println!("{name}: {seen:?}");
+            assert!(seen.force < most_force && seen.after.overshoot_m < most_m, "{name}, seed {seed}: {seen:?}");
+            assert!(seen.after.settled_s < 1.5 && seen.after.rest_peak_m < 1e-4, "{name}, seed {seed}: {seen:?}");
+        }
     }
 }

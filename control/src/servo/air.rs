@@ -122,8 +122,7 @@ impl Chambers {
             None => up.saturating_sub(down),
             Some(paths) => paths[path].drive(up, down),
         };
-        // A tenth of the way to equal pressures no valve is; the estimate of a full chamber must not close it.
-        let part = const { (0.03 * 65536.0) as i32 };
+        let part = const { (LEAST_DRIVE * 65536.0) as i32 };
         let small = supplies.map(|supply| Acceleration::from_bits(multiply(supply.to_bits(), part, 16)));
         let share = |drive: Acceleration, per: i32, side: usize, path: usize| {
             i64::from(multiply(drive.max(small[side]).to_bits(), per, 28)) * i64::from(self.flow[side][path].to_bits())
@@ -143,6 +142,10 @@ impl Chambers {
         }
     }
 }
+
+/// Least driving pressure of a flow over the supply: the noise of a nearly full or empty chamber must not take the slope, by which the law
+/// divides, to nought.
+const LEAST_DRIVE: f64 = 0.03;
 
 /// Least length of a chamber over that at mid-stroke. Of a chamber without clearance, as case (b)'s, the last millimetres answer faster
 /// than any valve: with 0.02 and 0.1 it never rests there, with 0.03 and 0.05 moves to 1 mm from the end settle within 0.7 s.

@@ -18,7 +18,7 @@ pub(crate) struct Valve {
     pub(crate) per_slopes: [I16F16; 2],
     /// Lowest and highest command.
     pub(crate) ends: [Voltage; 2],
-    /// What the smaller of both leaves on either side of the centre.
+    /// Largest command about the centre that is available on both sides.
     pub(crate) most: Voltage,
     /// Angle below which the dead zone is crossed on a straight line.
     pub(crate) blend: Angle,

@@ -64,13 +64,18 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         if rate == 0 {
             return [valve.centre, Voltage::ZERO];
         }
-        let theta = angle_for(rate, state.valve.slope(rate > 0, air), Angle::MAX);
+        let theta = angle_for(rate, state.valve.slope(rate > 0, air), valve.most_angle(&state.valve));
         return valve.command(&state.valve, theta);
     }
     if was_holding {
         state.motion = Motion::at(estimate.y);
     }
     let most = valve.most_angle(&state.valve);
+    if let Some(rate) = state.stall.rate(error, estimate.force, &tuning.stall) {
+        // The motion begins anew where the piston is let go.
+        state.motion = Motion::at(estimate.y);
+        return valve.command(&state.valve, angle_for(rate, state.valve.slope(rate >= 0, air), most));
+    }
     let stick = (&tuning.stick, &gains.lead, tick);
     if let Some(rate) = state.stick.rate(resting, &state.hold.mean, estimate.force, stick, caution) {
         let theta = angle_for(rate, state.valve.slope(rate >= 0, air), most);

@@ -26,6 +26,8 @@ pub enum Quantity {
     Viscous = 6,
     /// Moving mass over nominal moving mass.
     Mass = 7,
+    /// Constant force from outside along +y per nominal moving mass, m/s2: weight, rod, and what the rig file does not know.
+    Load = 8,
 }
 
 /// How many quantities are learned.
@@ -78,7 +80,7 @@ pub const MEASURED_AGAINST: [Key; 38] = [
 
 impl Quantity {
     /// Every quantity, in the order of their numbers.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::FlowRight,
         Self::FlowLeft,
         Self::ZoneRight,
@@ -87,6 +89,7 @@ impl Quantity {
         Self::Coulomb,
         Self::Viscous,
         Self::Mass,
+        Self::Load,
     ];
 
     /// The number in flash.
@@ -107,13 +110,23 @@ impl Quantity {
             Self::Coulomb => "coulomb_m_per_s2",
             Self::Viscous => "viscous_per_s",
             Self::Mass => "mass",
+            Self::Load => "load_m_per_s2",
         }
     }
 
-    /// Lowest and highest value ever learned, over the nominal one.
+    /// Lowest and highest value ever learned, over the nominal one. `None` for the load, which may be whatever the supply can hold.
     #[must_use]
-    pub const fn limits(self) -> [f64; 2] {
+    pub const fn limits(self) -> Option<[f64; 2]> {
         match self {
+            Self::Load => None,
+            _ => Some(self.parts()),
+        }
+    }
+
+    /// The same of what has a nominal value to be a part of.
+    pub(super) const fn parts(self) -> [f64; 2] {
+        match self {
+            Self::Load => [1.0, 1.0],
             Self::FlowRight | Self::FlowLeft => [0.4, 1.8],
             Self::ZoneRight | Self::ZoneLeft => [0.75, 1.25],
             Self::Lag => [0.25, 3.5],
@@ -124,7 +137,7 @@ impl Quantity {
 
     /// The same of a ratio, whose nominal value is one.
     pub(super) const fn ratio_limits(self) -> [Ratio; 2] {
-        let ([least, most], one) = (self.limits(), (1_u32 << Ratio::FRAC_NBITS) as f64);
+        let ([least, most], one) = (self.parts(), (1_u32 << Ratio::FRAC_NBITS) as f64);
         [Ratio::from_bits((least * one + 0.5) as i32), Ratio::from_bits((most * one + 0.5) as i32)]
     }
 
@@ -134,7 +147,7 @@ impl Quantity {
             Self::FlowRight | Self::FlowLeft | Self::Mass => Ratio::FRAC_NBITS,
             Self::ZoneRight | Self::ZoneLeft => Voltage::FRAC_NBITS,
             Self::Lag => return 1.0 / ((1_u32 << Ticks::FRAC_NBITS) as f64 * tick_hz),
-            Self::Coulomb => Acceleration::FRAC_NBITS,
+            Self::Coulomb | Self::Load => Acceleration::FRAC_NBITS,
             Self::Viscous => Damping::FRAC_NBITS,
         };
         1.0 / (1_u32 << bits) as f64
@@ -150,7 +163,7 @@ pub struct Learned {
 
 impl Learned {
     #[inline]
-    pub(super) fn of(valve: &ValveModel, body: &Body, lag: Ticks) -> Self {
+    pub(super) fn of(valve: &ValveModel, body: &Body, lag: Ticks, load: Acceleration) -> Self {
         let ([flow_right, flow_left], [zone_right, zone_left]) = (valve.gains, valve.zones);
         Self {
             bits: [
@@ -162,13 +175,14 @@ impl Learned {
                 body.coulomb.to_bits(),
                 body.viscous.to_bits(),
                 body.mass.to_bits(),
+                load.to_bits(),
             ],
         }
     }
 
     #[inline]
-    pub(super) fn parts(&self) -> (ValveModel, Body, Ticks) {
-        let [flow_right, flow_left, zone_right, zone_left, lag, coulomb, viscous, mass] = self.bits;
+    pub(super) fn parts(&self) -> (ValveModel, Body, Ticks, Acceleration) {
+        let [flow_right, flow_left, zone_right, zone_left, lag, coulomb, viscous, mass, load] = self.bits;
         let valve = ValveModel {
             gains: [Ratio::from_bits(flow_right), Ratio::from_bits(flow_left)],
             zones: [Voltage::from_bits(zone_right), Voltage::from_bits(zone_left)],
@@ -178,7 +192,7 @@ impl Learned {
             viscous: Damping::from_bits(viscous),
             mass: Ratio::from_bits(mass),
         };
-        (valve, body, Ticks::from_bits(lag))
+        (valve, body, Ticks::from_bits(lag), Acceleration::from_bits(load))
     }
 
     /// In the quantities' units, for a tick of `tick_hz` 1/s. Not for the tick: it uses floats.
@@ -207,7 +221,8 @@ impl Learned {
             }
             // A float's conversion saturates. An end rounded to single precision may lie a bit beyond itself.
             let exact = f64::from(*value) / quantity.resolution(f64::from(tick_hz));
-            *bits = ((exact + 0.5) as i32).clamp(least.min(most), most);
+            let half = if exact < 0.0 { -0.5 } else { 0.5 };
+            *bits = ((exact + half) as i32).clamp(least.min(most), most);
         }
         Ok(learned)
     }

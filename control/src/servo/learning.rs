@@ -47,6 +47,8 @@ pub(crate) struct LearningRates {
     pub(crate) body: Factor<Acceleration, Part>,
     /// Per tick: load.
     pub(crate) load: Share<Acceleration, Acceleration>,
+    /// Its bounds: what the supply can hold.
+    pub(crate) load_bounds: [Acceleration; 2],
     /// Per tick: Coulomb friction, in slow motion; and load that friction cannot be.
     pub(crate) slowly: Share<Acceleration, Acceleration>,
     /// Whether the piston slips as it breaks away.
@@ -79,7 +81,7 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// At power-on.
+    /// When a run begins.
     pub(crate) fn of(ticks: Ticks) -> Self {
         Self { ticks, ..Self::default() }
     }
@@ -144,7 +146,8 @@ pub(crate) fn unlearn_friction(body: &mut Body, rates: &LearningRates) {
 #[inline]
 fn learn_load(load: &mut Acceleration, beyond: Acceleration, friction_is_at_its_end: bool, rates: &LearningRates) {
     let share = if friction_is_at_its_end { &rates.slowly } else { &rates.load };
-    *load = load.saturating_add(share.of(beyond));
+    let [least, most] = rates.load_bounds;
+    *load = limit(load.saturating_add(share.of(beyond)), least, most);
 }
 
 /// Load, friction and mass, from what the disturbance of one tick shows. `approaches` says that the piston moves towards a target

@@ -5,7 +5,7 @@
 //!                       ▲         ▲       ▲   ▲
 //!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
 //!                                         │      hold, stick          silent at rest; breaking away
-//!                            observer ────┘   └─ learning             valve gain, dead zone, friction
+//!                            observer ────┘   └─ learning, stall      valve, lag, load, friction, mass; blocked
 //!                               └─ equalise ─ inversion ─► command    after a trip, instead of all above
 //! ```
 //!
@@ -39,6 +39,7 @@ pub mod learning;
 pub mod observer;
 mod opening;
 pub mod reference;
+pub mod stall;
 pub mod stick;
 pub mod stream;
 mod tuning;
@@ -57,6 +58,7 @@ use learning::Lag;
 use observer::{Body, Estimate, Opening};
 pub use opening::{OPENING_KNOTS, OPENING_STEP_V};
 use reference::Motion;
+use stall::Stall;
 use stick::Stick;
 use stream::Stream;
 pub use tuning::Tuning;
@@ -155,6 +157,7 @@ pub struct ServoState {
     pub hold: Hold,
     stream: Stream,
     stick: Stick,
+    stall: Stall,
     friction_ahead: FrictionAhead,
     noise: Micrometres,
     acting: Voltage,
@@ -167,6 +170,10 @@ pub struct ServoState {
     samples: u16,
     /// Whether anything was learned since power-on.
     learned: bool,
+    /// What the run began with.
+    begun: Learned,
+    /// Whether a chamber's pressure was not measured in the last tick.
+    unseen: bool,
 }
 
 impl ServoState {
@@ -180,10 +187,9 @@ impl ServoState {
         forces: [Acceleration; 3],
     ) {
         if !self.learned {
-            let (valve, body, lag) = tuning.start.parts();
-            (self.valve, self.body, self.lag) = (valve, body, Lag::of(lag));
+            self.take(&tuning.start);
         }
-        let load = if self.learned { self.estimate.load } else { tuning.chambers.rest_force().saturating_neg() };
+        let load = self.estimate.load;
         let (centre, at_rest) = (tuning.valve.centre, Motion::at(y));
         let disturbance = force.saturating_neg();
         *self = Self {
@@ -192,13 +198,29 @@ impl ServoState {
             stream: Stream::at(target),
             acting: centre,
             delay: Delay::of(centre),
+            stall: Stall::at(y, force),
             forces,
             valve: self.valve,
             body: self.body,
             lag: Lag::of(self.lag.ticks),
             learned: true,
+            begun: Learned::of(&self.valve, &self.body, self.lag.ticks, load),
             ..Self::default()
         };
+    }
+
+    /// Forgets what was learned in this run: the readings were those of a fault.
+    #[cold]
+    pub(crate) fn forget(&mut self) {
+        let begun = self.begun;
+        self.take(&begun);
+    }
+
+    /// Takes learned values.
+    #[inline]
+    fn take(&mut self, learned: &Learned) {
+        let (valve, body, lag, load) = learned.parts();
+        (self.valve, self.body, self.lag, self.estimate.load) = (valve, body, Lag::of(lag), load);
     }
 
     /// Whether anything was learned since power-on: whether the law has run.
@@ -213,7 +235,11 @@ impl Tuning {
     /// What is learned, or what a run would begin with.
     #[inline]
     pub(crate) fn learned(&self, state: &ServoState) -> Learned {
-        if state.learned { Learned::of(&state.valve, &state.body, state.lag.ticks) } else { self.start }
+        if state.learned {
+            Learned::of(&state.valve, &state.body, state.lag.ticks, state.estimate.load)
+        } else {
+            self.start
+        }
     }
 
     /// One tick: the command that acts from the next tick on, and its effective voltage. [`Tuning::learn`] follows.
@@ -239,6 +265,12 @@ impl Tuning {
         }
         for (slow, now) in state.forces.iter_mut().zip(forces) {
             *slow = slow.saturating_add(chambers.follow.of(now.saturating_sub(*slow)));
+        }
+        // What the model made of an unmeasured force is no error of the valve: nothing is learned from it.
+        if core::mem::replace(&mut state.unseen, measured.is_none())
+            && let Some(force) = measured
+        {
+            state.estimate.take_force(force);
         }
         let air = chambers.air(state.estimate.y, state.forces);
         state.samples = state.samples.saturating_add(1);
@@ -284,10 +316,11 @@ impl Tuning {
         state.forces = self.chambers.complete([Some(f_a), Some(f_b)], supply, state.estimate.force);
     }
 
-    /// Learns what the tick has shown; it counts from the next one on. An eighth of the law's instructions, which the valve
-    /// code does not wait for.
+    /// Learns what the tick has shown, and whether something blocks the piston; it counts from the next one on. An eighth of the law's
+    /// instructions, which the valve code does not wait for.
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
+        state.stall.see(state.estimate.y, state.estimate.force, &self.stall);
         if state.hold.take_pass() {
             learning::unlearn_friction(&mut state.body, &self.learning);
         }
@@ -297,7 +330,9 @@ impl Tuning {
         let slope = state.valve.slope(opening.theta >= 0, &air);
         state.lag.learn(wrong, opening.theta, slope, &self.learning);
         learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
-        learning::learn_body(&mut state.body, &mut state.estimate, state.approaches, &self.learning);
+        if !state.stall.suspected(&self.stall) {
+            learning::learn_body(&mut state.body, &mut state.estimate, state.approaches, &self.learning);
+        }
         state.hold.learn_noise(force, &self.hold);
     }
 

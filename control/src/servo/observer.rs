@@ -7,7 +7,7 @@ use super::air::Air;
 use super::factor::{Factor, Share, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
-use crate::arithmetic::{multiply, product, saturate};
+use crate::arithmetic::{limit, multiply, product, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 
 /// Constants of the observer.
@@ -130,6 +130,13 @@ impl Estimate {
         Innovation { force, y: e }
     }
 
+    /// Takes a force that is measured again for the estimate; what it was off by is no longer a disturbance.
+    #[inline]
+    pub(crate) fn take_force(&mut self, force: Acceleration) {
+        self.disturbance = self.disturbance.saturating_sub(force.saturating_sub(self.force));
+        self.force = force;
+    }
+
     /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
     /// depend; the sum of both stays.
     #[inline]
@@ -188,7 +195,8 @@ impl Estimate {
             self.v = speed(momentum(self.bristle), damped);
         } else {
             self.v = speed(held, inertia);
-            self.bristle = self.bristle.saturating_add(gains.bristle.of(self.v));
+            let bristle = self.bristle.saturating_add(gains.bristle.of(self.v));
+            self.bristle = limit(bristle, -body.coulomb, body.coulomb);
         }
         let mean = (i64::from(before.to_bits()) + i64::from(self.v.to_bits()) + 1) >> 1;
         self.y = self.y.saturating_add(tick.change(Velocity::from_bits(saturate(mean))));

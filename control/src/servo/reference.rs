@@ -26,13 +26,13 @@ pub(crate) struct Limits {
     /// The time for which a jerk is planned, in those units: a tick, but no less than a millisecond. In less, full jerk changes
     /// the stopping point by a few bits only, and the jerk would alternate between its ends.
     pub(crate) tick: I6F26,
-    /// To their length.
+    /// From m to their length, `J²/A³`.
     pub(crate) length: Factor<Position, I6F26>,
-    /// To their speed.
+    /// From m/s to their speed, `J/A²`.
     pub(crate) velocity: Factor<Velocity, I6F26>,
-    /// To their acceleration.
+    /// From m/s2 to their acceleration, `1/A`.
     pub(crate) acceleration: Factor<Acceleration, I6F26>,
-    /// To their jerk.
+    /// From m/s3 to their jerk, `1/J`.
     pub(crate) aim_jerk: Factor<Jerk, I6F26>,
     /// From a change of acceleration in a tick to the jerk.
     pub(crate) jerk: Factor<I6F26, Jerk>,
@@ -96,7 +96,7 @@ fn times(a: i32, b: i32) -> i32 {
 /// Stopping points looked at between the ends of the search for the jerk; one more secant follows unseen. What is left is made up
 /// by the plan of the next tick.
 const STEPS: u32 = 3;
-/// Distance to the aim at which the search ends, 20 nm on the paper's case (a): shortly before the aim a micrometre is full jerk.
+/// Distance to the aim at which the search ends, 11 nm on the paper's case (a): shortly before the aim a micrometre is full jerk.
 const NEAR: i32 = 8;
 
 impl Motion {

@@ -14,6 +14,7 @@ use super::learning::{GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
 use super::observer::{Body, ObserverGains};
 use super::opening::{OPENING_KNOTS, OPENING_STEP_V, Opening};
 use super::reference::{CALM_JERK, Limits};
+use super::stall::StallLimits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
 use super::{Acceleration, Damping, Jerk, Micrometres, Ratio, Tick, Ticks};
@@ -61,7 +62,8 @@ const SLIPPING_COULOMB_START: f64 = 0.8;
 const UNSEEN_COULOMB_START: f64 = 0.8;
 /// Rates of learning, 1/s: gain, dead zone, friction.
 const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
-/// How fast the Coulomb friction is learned in slow motion towards a standing target, 1/s: within its last 25 ms. With 20, 94 % of the
+/// How fast the Coulomb friction is learned in slow motion towards a standing target, 1/s: a time
+/// constant of 25 ms. With 20, 94 % of the
 /// draws' moves of 1 mm on (a) settle within 0.6 s instead of 99 %; with 80, (c) takes three times the noise for friction.
 const SLOW_LEARN: f64 = 40.0;
 /// How fast the load is learned while the piston moves, 1/s; where friction is at its end it is [`SLOW_LEARN`]. With 0, 0.5, 1 and 2, 91,
@@ -133,6 +135,10 @@ const STANDING: f64 = 1e-3;
 const NEAR_M: f64 = 2e-6;
 /// Reference: shortest time for which a jerk is planned, s.
 const PLANNED_S: f64 = 1e-3;
+/// Reference: longest unit of length of its plan, m, in which 26 fractional bits are a micrometre.
+const MOST_UNIT_M: f64 = 67.0;
+/// Observer: stiffest bristle, over the moving mass and times the square of a tick: what 7 bits before the point hold.
+const STIFFEST: f64 = 127.0;
 /// Stick: mean speed below which the piston sticks, m/s.
 const STICK_SPEED: f64 = 1.6e-3;
 /// Stick: rate of force over that of the law. With 3 the slowest of 800 moves of 1 mm takes 0.14 s on (c), with 2 0.09 s.
@@ -141,7 +147,17 @@ const STICK_GAIN: f64 = 2.0;
 const SLIPPING_STICK_GAIN: f64 = 3.0;
 /// Stick: how fast the force follows, over the law's bandwidth.
 const STICK_FORCE: f64 = 1.0 / 1.5;
-/// Observer: time after power-on within which the piston still stands, s: delay and lag, and the time in which the force of the
+/// Stall: a piston that has moved by less stands, m: the seal gives by up to 0.1 mm before it slides, and an estimate of it errs by some
+/// hundredths.
+const STANDS_M: f64 = 0.2e-3;
+/// Stall: time with more force than friction takes until the piston counts as blocked, s. At full flow (c), the quickest of the paper's
+/// cylinders, takes 12 ms from breaking away to [`STANDS_M`]. With 30 ms an obstacle that gives way half a second later lets (c) pass its
+/// target by 8 instead of 2 mm, and (a) as far as with 15 ms.
+const STALL_S: f64 = 15e-3;
+/// Stall: time in which the force would grow to all that the supply gives, s. With 2.5, 5, 10 and 17 s an obstacle that gives way after a
+/// second lets (a) pass its target by 190, 135, 99 and 78 mm; three times the friction that the rig file says is overcome as slowly.
+const STALL_GROWTH_S: f64 = 5.0;
+/// Observer: time after a run begins within which the piston still stands, s: delay and lag, and the time in which the force of the
 /// wide open valve reaches the friction. 4 and 16 ms do, too; without it one of 400 moves of 1 mm on (b) takes 0.22 s.
 const STANDING_S: f64 = 8e-3;
 /// Controlled stop: how fast the chambers' forces come to balance, over the law's bandwidth. With 0.3 more is let out of what the
@@ -159,7 +175,7 @@ pub struct Tuning {
     pub(super) observer: ObserverGains,
     /// Coulomb friction that is compensated at most in the first run, where pressures are not measured.
     pub(super) unseen_coulomb: Acceleration,
-    /// Ticks after power-on in which the piston still stands.
+    /// Ticks after a run begins in which the piston still stands.
     pub(super) standing_ticks: u16,
     pub(super) valve: Valve,
     pub(super) learning: LearningRates,
@@ -170,6 +186,7 @@ pub struct Tuning {
     pub(super) equalise: Factor<Acceleration, Jerk>,
     pub(super) hold: HoldLimits,
     pub(super) stick: StickGains,
+    pub(super) stall: StallLimits,
     pub(super) friction: FrictionGains,
     /// Speed below which the reference stands.
     pub(super) standing: Velocity,
@@ -233,6 +250,14 @@ impl Tuning {
             "be at most 3 times the square of servo_acceleration_m_per_s2 over servo_speed_m_per_s, and at most half that \
              acceleration in a tick or a millisecond (metres per second cubed)",
         )?;
+        let unit_m = acceleration * acceleration * acceleration / (jerk * jerk);
+        demand(
+            unit_m <= MOST_UNIT_M,
+            Key::servo_jerk_m_per_s3,
+            jerk,
+            "be more, or servo_acceleration_m_per_s2 less: its cube over the square of the jerk must be at most 67 m (metres per second \
+             cubed)",
+        )?;
         demand(w_o * t <= 0.5, Key::servo_observer_rad_per_s, w_o, "be at most half of tick_hz (radians per second)")?;
         let per_mass =
             [p.servo_area_m2_per_kg, p.servo_area_b_m2_per_kg.unwrap_or(p.servo_area_m2_per_kg)].map(f64::from);
@@ -253,6 +278,8 @@ impl Tuning {
             "be from an eighth to 7.9 times servo_area_m2_per_kg",
         )?;
         let force = |side: usize, pressure: f32| exactly::<Acceleration>(per_mass[side] * f64::from(pressure));
+        let rest = [force(0, p.servo_rest_pa), force(1, p.servo_rest_b_pa.unwrap_or(p.servo_rest_pa))];
+        let rest_force = rest[0].saturating_sub(rest[1]);
         let opening = opening(p)?;
         let tick = Tick { q32: scaled(t, 32) as i32 };
         let gamma = f64::from(p.servo_heat_capacity_ratio);
@@ -260,11 +287,17 @@ impl Tuning {
         // What friction is a part of must not be zero.
         let unit = coulomb.max(0.01);
         let force_rate = f64::from(p.servo_force_rate_per_s);
-        let (bristle, viscous) = (f64::from(p.servo_bristle_per_s2), f64::from(p.servo_viscous_per_s));
+        // Where the format of `bristle_q24` ends a piston sticks by its bristles as good as rigidly within a tick.
+        let bristle = f64::from(p.servo_bristle_per_s2).min(STIFFEST * hz * hz);
+        let viscous = f64::from(p.servo_viscous_per_s);
         let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(delay::MOST_TICKS as f64) as u8;
         // What is no whole tick the lag takes up.
         let lag = f64::from(p.servo_lag_s) + (f64::from(p.servo_delay_s) - f64::from(delay_ticks) * t);
-        let coulomb_start = if p.servo_stick_slip { SLIPPING_COULOMB_START } else { COULOMB_START };
+        let coulomb_start = match (p.servo_stick_slip, p.pressure_sensors) {
+            (true, true) => SLIPPING_COULOMB_START,
+            (false, true) => COULOMB_START,
+            (_, false) => UNSEEN_COULOMB_START,
+        };
         let weight = (t / if p.servo_stick_slip { SLIPPING_MEAN_S } else { MEAN_S }).min(1.0);
         let ticks = |time_s: f64| (time_s * hz) as u16;
         let whole = ticks(MOST_PER_CHANGE / STREAM_BANDWIDTH).max(1);
@@ -290,7 +323,7 @@ impl Tuning {
                 gamma_q24: scaled(gamma, 24) as i32,
                 atmosphere: [0, 1].map(|side| force(side, p.servo_atmosphere_pa)),
                 nominal_supply: force(0, p.servo_supply_pa),
-                rest: [force(0, p.servo_rest_pa), force(1, p.servo_rest_b_pa.unwrap_or(p.servo_rest_pa))],
+                rest,
             },
             observer: ObserverGains {
                 y: Factor::new(3.0 * w_o * t),
@@ -310,24 +343,28 @@ impl Tuning {
                 lag: Share::new(LAG_RATE * t),
                 turn: Share::new((force_rate * t).min(1.0)),
                 turning_square: exactly(TURNING * t * TURNING * t),
-                lag_bounds: Quantity::Lag.limits().map(|bound| exactly(bound * lag * hz)),
+                lag_bounds: Quantity::Lag.parts().map(|bound| exactly(bound * lag * hz)),
                 body: Factor::new(LEARN[2] * t / unit),
                 coulomb: exactly(coulomb),
                 viscous: exactly(viscous),
-                viscous_bounds: Quantity::Viscous.limits().map(|bound| exactly(bound * viscous)),
+                viscous_bounds: Quantity::Viscous.parts().map(|bound| exactly(bound * viscous)),
                 viscous_part: Factor::new(viscous / unit),
                 inertia_part: Factor::new(1.0 / unit),
                 mass_part: Share::new(MASS_PART),
                 zone_bounds: valve.zones.map(|zone| {
                     Quantity::ZoneRight
-                        .limits()
+                        .parts()
                         .map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
                 load: Share::new(LOAD_RATE * t),
+                load_bounds: [
+                    force(1, p.servo_atmosphere_pa).saturating_sub(force(0, p.servo_supply_pa)),
+                    force(1, p.servo_supply_pa).saturating_sub(force(0, p.servo_atmosphere_pa)),
+                ],
                 slowly: Share::new(SLOW_LEARN * t),
                 slips: p.servo_stick_slip,
                 unlearn: Share::new(UNLEARN),
-                coulomb_bounds: Quantity::Coulomb.limits().map(|bound| exactly(bound * coulomb)),
+                coulomb_bounds: Quantity::Coulomb.parts().map(|bound| exactly(bound * coulomb)),
             },
             valve,
             stream: StreamGains {
@@ -398,6 +435,16 @@ impl Tuning {
                 inwards: p.servo_stick_slip,
             },
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
+            stall: StallLimits {
+                stands: exactly(STANDS_M),
+                // From one end of the friction to the other, as large as is ever learned.
+                force: exactly(2.0 * Quantity::Coulomb.parts()[1] * coulomb),
+                ticks: ticks(STALL_S),
+                growth: exactly(
+                    per_mass[0] * f64::from(p.servo_supply_pa - p.servo_atmosphere_pa).max(0.0) * t / STALL_GROWTH_S,
+                ),
+                follow: Factor::new(STICK_FORCE * w),
+            },
             friction: FrictionGains::new(hz, bristle, delay_ticks),
             standing: exactly(STANDING),
             near: exactly(ERROR_M),
@@ -408,6 +455,7 @@ impl Tuning {
                 &ValveModel { zones: valve.zones, gains: [Ratio::ONE; 2] },
                 &Body { coulomb: exactly(coulomb_start * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
                 exactly(lag * hz),
+                rest_force.saturating_neg(),
             ),
             delay_ticks,
             lead: Factor::new(f64::from(p.servo_lead_s)),
@@ -423,12 +471,13 @@ impl Tuning {
     pub(crate) fn nominal(&self) -> Learned {
         let LearningRates { coulomb, viscous, .. } = self.learning;
         let valve = ValveModel { zones: self.valve.zones, gains: [Ratio::ONE; 2] };
-        Learned::of(&valve, &Body { coulomb, viscous, mass: Ratio::ONE }, self.lag)
+        let load = self.chambers.rest_force().saturating_neg();
+        Learned::of(&valve, &Body { coulomb, viscous, mass: Ratio::ONE }, self.lag, load)
     }
 
     /// The limits that learning keeps to: lowest and highest values.
     pub(super) fn limits(&self) -> [Learned; 2] {
-        let LearningRates { coulomb_bounds, viscous_bounds, zone_bounds, lag_bounds, .. } = self.learning;
+        let LearningRates { coulomb_bounds, viscous_bounds, zone_bounds, lag_bounds, load_bounds, .. } = self.learning;
         let [right, left] = zone_bounds;
         let (gain, mass) = (GAIN_BOUNDS.map(Ratio::to_bits), MASS_BOUNDS.map(Ratio::to_bits));
         let ends = [
@@ -440,6 +489,7 @@ impl Tuning {
             coulomb_bounds.map(Acceleration::to_bits),
             viscous_bounds.map(Damping::to_bits),
             mass,
+            load_bounds.map(Acceleration::to_bits),
         ];
         [Learned { bits: ends.map(|[least, _]| least) }, Learned { bits: ends.map(|[_, most]| most) }]
     }
@@ -450,7 +500,13 @@ impl Tuning {
     /// The first quantity beyond its limits; nothing has changed then.
     pub(crate) fn start_from(&mut self, values: &Quantities, tick_hz: u32) -> Result<(), Quantity> {
         let [least, most] = self.limits();
-        self.start = Learned::between(values, [&least, &most], tick_hz)?;
+        let mut values = *values;
+        // Kept by a firmware that did not learn it.
+        let load = &mut values[usize::from(Quantity::Load.number())];
+        if load.is_nan() {
+            *load = self.nominal().values(tick_hz)[usize::from(Quantity::Load.number())];
+        }
+        self.start = Learned::between(&values, [&least, &most], tick_hz)?;
         Ok(())
     }
 }

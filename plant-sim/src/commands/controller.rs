@@ -21,7 +21,7 @@ use std::path::PathBuf;
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "EXAMPLE\n  \
     echo '0.045 32768 23710 23710 45875' | plant-sim controller --rig rigs/paper-a.toml --stdio\n  \
-    2121 run\n\n".to_owned() + &controller::keys_help())]
+    2297 run\n\n".to_owned() + &controller::keys_help())]
 pub(crate) struct Arguments {
     #[command(flatten)]
     rig: RigArgument,
@@ -55,6 +55,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 "correct it, or give --monitor off",
             ),
         })?;
+    if rig.rig.cylinder.is_single_acting() && arguments.config.is_none() {
+        eprintln!(
+            "note: {file} describes a single-acting cylinder: the paper's law drives it, as the positioning law needs two driven chambers"
+        );
+    }
     let mut coprocess = Coprocess::new(setup, &parameters);
     let warn = |tick| {
         eprintln!(

@@ -6,7 +6,7 @@ use crate::closed_loop::reference;
 use crate::sensors::{CodeNoise, SensorChannel, channels, quantities};
 use control::{ControllerState, ExternalFaults, LawChoice, Parameters};
 use firmware_core::{ControlLoop, Setup};
-use plant_model::{Effect, Effects, Inputs, ParameterError, Rig, Side, Simulator, State, Stepper, Tolerance};
+use plant_model::{Effect, Effects, Inputs, ParameterError, Plant, Rig, Side, Simulator, State, Stepper, Tolerance};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
@@ -15,6 +15,8 @@ use rig_files::{Io, RigFile};
 /// A simulated rig with the law closed around it.
 pub struct Bench {
     simulator: Simulator<f64>,
+    rig: Rig<f64>,
+    effects: Effects<f64>,
     io: Io,
     sensors: [SensorChannel; 4],
     rng: Xoshiro256PlusPlus,
@@ -71,6 +73,8 @@ impl Bench {
         let io = Io { position_range_m: [-half, half], ..Io::default() };
         Ok(Self {
             simulator: Simulator::new(rig, effects)?,
+            rig: *rig,
+            effects: *effects,
             sensors: channels(&io, &CodeNoise { position_m: 20e-6 * noise, pressure_pa: 400.0 * noise }),
             rng: Xoshiro256PlusPlus::seed_from_u64(seed),
             code: io.valve().code(0.0),
@@ -122,6 +126,18 @@ impl Bench {
         self.simulator = Simulator::from_state(plant, balanced, Stepper::adaptive(&Tolerance::standard()));
         self.load_n = load_n;
         self
+    }
+
+    /// Puts an obstacle `at` so many m on either side of the middle in the piston's way, or takes it away.
+    ///
+    /// # Panics
+    /// There is no room between the obstacles.
+    pub fn obstacle(&mut self, at: Option<f64>) {
+        let mut rig = self.rig;
+        rig.cylinder.stroke_m = at.map_or(rig.cylinder.stroke_m, |at| 2.0 * at);
+        let plant = Plant::new(&rig, &self.effects).expect("a valid rig");
+        self.simulator =
+            Simulator::from_state(plant, *self.simulator.state(), Stepper::adaptive(&Tolerance::standard()));
     }
 
     /// The true state of the rig.

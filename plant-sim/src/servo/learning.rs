@@ -8,6 +8,7 @@ use super::air::Air;
 use super::inversion::ValveModel;
 use super::observer::{Body, Estimate, Innovation};
 use super::tuning::Tuning;
+use control::Quantity;
 
 /// Angle above which the flow tells the gain, rad.
 const GAIN_ANGLE: f64 = 0.4;
@@ -15,25 +16,20 @@ const GAIN_ANGLE: f64 = 0.4;
 const ZONE_V: f64 = 0.25;
 /// Speed above which the disturbance tells the friction, m/s.
 const SLIDING: f64 = 0.020;
-/// The valve's flow over its nominal flow.
-const GAIN: [f64; 2] = [0.4, 1.8];
-/// The dead zone over its nominal width.
-const ZONE: [f64; 2] = [0.75, 1.25];
-/// The friction over its nominal value.
-const FRICTION: [f64; 2] = [0.3, 1.5];
-/// The mass over its nominal value.
-const MASS: [f64; 2] = [0.6, 1.5];
 /// How fast the load is learned while the piston moves, 1/s.
 const LOAD_RATE: f64 = 1.0;
 /// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
 const MASS_PART: f64 = 0.2;
 
-/// The spool's lag over its nominal lag.
-const LAG: [f64; 2] = [0.25, 3.5];
 /// How fast the lag is learned while the angle turns, 1/s.
 const LAG_RATE: f64 = 5.0;
 /// Change of angle above which the force tells the lag, rad/s.
 const TURNING: f64 = 100.0;
+
+/// Lowest and highest value ever learned.
+pub(super) fn limits(quantity: Quantity, nominal: f64) -> [f64; 2] {
+    quantity.limits().map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| limits.map(|part| part * nominal))
+}
 
 /// The spool's lag as learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -60,7 +56,7 @@ impl Lag {
         self.turn += (t * tuning.force_rate).min(1.0) * (turn - self.turn);
         let wrong = tuning.force_rate * innovation.force / slope;
         let part = self.turn / (self.turn * self.turn + TURNING * TURNING);
-        let [least, most] = LAG.map(|part| part * tuning.lag_s);
+        let [least, most] = limits(Quantity::Lag, tuning.lag_s);
         self.seconds = (self.seconds - LAG_RATE * t * wrong * part).clamp(least, most);
     }
 }
@@ -76,25 +72,28 @@ pub fn learn_valve(valve: &mut ValveModel, innovation: &Innovation, theta: f64, 
     let (w, volts_per_rad) = valve.known.voltage(theta);
     if theta.abs() > GAIN_ANGLE {
         let wrong = rate / (slope * theta) * valve.gain[side];
-        valve.gain[side] = (valve.gain[side] + gain_rate * t * wrong).clamp(GAIN[0], GAIN[1]);
+        let [least, most] = limits(Quantity::FlowRight, 1.0);
+        valve.gain[side] = (valve.gain[side] + gain_rate * t * wrong).clamp(least, most);
     } else if w.abs() < ZONE_V && theta != 0.0 {
         let wrong_v = rate / slope * volts_per_rad;
         let zone = if side == 0 { &mut valve.right } else { &mut valve.left };
         let outward = if side == 0 { wrong_v } else { -wrong_v };
-        let nominal = tuning.zone_v[side];
-        *zone = (*zone - zone_rate * t * outward).clamp(ZONE[0] * nominal, ZONE[1] * nominal);
+        let [least, most] = limits(Quantity::ZoneRight, tuning.zone_v[side]);
+        *zone = (*zone - zone_rate * t * outward).clamp(least, most);
     }
 }
 
 /// Coulomb friction that is less than what is compensated, which a limit cycle shows: its speed is too low to learn from.
 pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
-    body.coulomb = (body.coulomb * (1.0 - tuning.unlearn)).max(FRICTION[0] * tuning.coulomb);
+    body.coulomb = (body.coulomb * (1.0 - tuning.unlearn)).max(limits(Quantity::Coulomb, tuning.coulomb)[0]);
 }
 
 /// The load, from what the disturbance of one tick shows `beyond` it, N. Over moves both ways that is the load alone, because friction
 /// changes its sign. What friction would have to leave its bounds for is load at once.
 fn learn_load(load: &mut f64, beyond: f64, friction_is_at_its_end: bool, tuning: &Tuning) {
-    *load += tuning.tick_s * if friction_is_at_its_end { tuning.slow_learn } else { LOAD_RATE } * beyond;
+    let rate = if friction_is_at_its_end { tuning.slow_learn } else { LOAD_RATE };
+    let [least, most] = tuning.load_bounds;
+    *load = (*load + tuning.tick_s * rate * beyond).clamp(least, most);
 }
 
 /// Load, friction and mass, from what the disturbance of one tick shows. `approaches` says that the piston moves towards a target
@@ -102,7 +101,7 @@ fn learn_load(load: &mut f64, beyond: f64, friction_is_at_its_end: bool, tuning:
 pub fn learn_body(body: &mut Body, estimate: &mut Estimate, approaches: bool, tuning: &Tuning) {
     let side = estimate.v.signum();
     let beyond = estimate.disturbance - estimate.load;
-    let [least, most] = FRICTION.map(|part| part * tuning.coulomb);
+    let [least, most] = limits(Quantity::Coulomb, tuning.coulomb);
     if estimate.v.abs() < SLIDING {
         // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle. Where
         // the piston slips, what seems to be too little may be static friction.
@@ -124,15 +123,16 @@ pub fn learn_body(body: &mut Body, estimate: &mut Estimate, approaches: bool, tu
     let step = tuning.learn[2] * tuning.tick_s * wrong;
     let friction_step = step / (1.0 + viscous * viscous);
     let mass_step = MASS_PART * step * inert / (1.0 + inert * inert);
-    let learned = |value: f64, step: f64, nominal: f64, [least, most]: [f64; 2]| {
-        (value + step * nominal).clamp(least * nominal, most * nominal)
+    let learned = |value: f64, step: f64, nominal: f64, quantity: Quantity| {
+        let [least, most] = limits(quantity, nominal);
+        (value + step * nominal).clamp(least, most)
     };
     let before = *body;
     let asked = before.coulomb + friction_step * tuning.coulomb;
     body.coulomb = asked.clamp(least, most);
     learn_load(&mut estimate.load, beyond, body.coulomb != asked, tuning);
-    body.viscous = learned(before.viscous, friction_step * viscous, tuning.viscous, FRICTION);
-    body.mass = learned(before.mass, mass_step, tuning.mass, MASS);
+    body.viscous = learned(before.viscous, friction_step * viscous, tuning.viscous, Quantity::Viscous);
+    body.mass = learned(before.mass, mass_step, tuning.mass, Quantity::Mass);
     // What is now explained is no longer a disturbance.
     estimate.disturbance += (body.coulomb - before.coulomb) * side
         + (body.viscous - before.viscous) * estimate.v

@@ -1,12 +1,10 @@
 //! The positioning law in f64: the reference for the fixed-point law, and the place to try changes.
 //!
 //! ```text
-//! target ─ reference ─► law ─ inversion ─► hold ─► command
-//!              ▲         ▲  ▲
-//!              └ excess ─┘  └── observer ◄── position, pressures      learning ─► valve, friction
+//! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each, named as in `control::servo`
 //! ```
 //!
-//! Derivation, sources and measured tables: `docs/control-law.md`.
+//! Derivation, sources, measured tables and the whole picture: `docs/control-law.md`.
 
 pub mod air;
 pub mod bench;
@@ -17,6 +15,7 @@ pub mod learning;
 pub mod margins;
 pub mod observer;
 pub mod reference;
+pub mod stall;
 pub mod stick;
 pub mod stream;
 pub mod trials;
@@ -31,6 +30,7 @@ use observer::{Body, Estimate};
 use plant_model::Rig;
 use reference::{CALM_JERK, Limits, Motion, RESERVE};
 use rig_files::tuning::Pneumatics;
+use stall::Stall;
 use std::collections::VecDeque;
 use stick::Stick;
 use stream::{Aim, FOLLOWED_PART, Stream};
@@ -39,6 +39,8 @@ pub use tuning::Tuning;
 /// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
 const PRESSURE_RATE: f64 = 250.0;
 
+/// Least driving pressure of a flow over the supply.
+const LEAST_DRIVE: f64 = 0.03;
 /// Least volume of a chamber over that at mid-stroke.
 const LEAST_VOLUME: f64 = 0.03;
 /// How fast the noise of the position is learned, 1/s.
@@ -84,11 +86,13 @@ pub struct Servo {
     pub lag: Lag,
     stream: Stream,
     stick: Stick,
+    stall: Stall,
     noise: f64,
     acting: f64,
     delayed: VecDeque<f64>,
     pressures: [f64; 3],
     samples: u32,
+    unseen: bool,
     approaches: bool,
     friction_ahead: FrictionAhead,
 }
@@ -112,10 +116,12 @@ impl Servo {
             lag: Lag::of(&tuning),
             stream: Stream::default(),
             stick: Stick::default(),
+            stall: Stall::default(),
             noise: 0.0,
             acting: tuning.centre_v,
             pressures: [0.0; 3],
             samples: 0,
+            unseen: false,
             approaches: false,
             friction_ahead: FrictionAhead::default(),
             tuning,
@@ -140,6 +146,7 @@ impl Servo {
             self.motion = Motion { y: readings.y, ..Motion::default() };
             self.stream = Stream::at(target);
             self.estimate = Estimate { y: readings.y, force, disturbance: -force, ..self.estimate };
+            self.stall = Stall::at(readings.y, force);
             self.pressures = read;
             if seen.is_none() {
                 self.body.coulomb = self.body.coulomb.min(tuning.unseen_coulomb);
@@ -147,6 +154,12 @@ impl Servo {
         }
         for (slow, now) in self.pressures.iter_mut().zip(read) {
             *slow += (t * PRESSURE_RATE).min(1.0) * (now - *slow);
+        }
+        // What the model made of an unmeasured force is no error of the valve: nothing is learned from it.
+        if std::mem::replace(&mut self.unseen, seen.is_none())
+            && let Some(force) = seen
+        {
+            self.estimate.take_force(force);
         }
         let air = self.air();
         let innovation = if self.samples <= tuning.standing_ticks {
@@ -164,13 +177,16 @@ impl Servo {
         let u = self.command(target, &air);
         self.acting = u;
         // Behind the command, as on the chip: what is learned counts from the next tick on.
+        self.stall.see(self.estimate.y, self.estimate.force, &tuning);
         if self.hold.passed_again() {
             learning::unlearn_friction(&mut self.body, &tuning);
         }
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
-            learning::learn_body(&mut self.body, &mut self.estimate, self.approaches, &tuning);
+            if !self.stall.suspected(&tuning) {
+                learning::learn_body(&mut self.body, &mut self.estimate, self.approaches, &tuning);
+            }
             self.hold.learn_noise(innovation.force, &tuning);
         }
         u
@@ -216,11 +232,18 @@ impl Servo {
             if rate == 0.0 {
                 return self.valve.centre;
             }
-            let theta = rate / self.valve.slope(rate, air);
+            let most = self.valve.most_angle();
+            let theta = (rate / self.valve.slope(rate, air)).clamp(-most, most);
             return self.valve.command(theta, tuning.blend);
         }
         if was_holding {
             self.motion = Motion { y: estimate.y, ..Motion::default() };
+        }
+        if let Some(rate) = self.stall.rate(error, estimate.force, &tuning) {
+            self.motion = Motion { y: estimate.y, ..Motion::default() };
+            let most = self.valve.most_angle();
+            let theta = (rate / self.valve.slope(rate, air)).clamp(-most, most);
+            return self.valve.command(theta, tuning.blend);
         }
         if let Some(rate) = self.stick.rate(resting, &self.hold.mean, estimate.force, &tuning) {
             let most = self.valve.most_angle();
@@ -288,7 +311,7 @@ impl Servo {
         let atmosphere = self.rig.supply.atmosphere_pa;
         let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k;
         // Never nought, whatever a sensor says.
-        let small = 0.03 * p_sup.max(atmosphere);
+        let small = LEAST_DRIVE * p_sup.max(atmosphere);
         let p = [p_a, p_b];
         let slope = |fills: usize, empties: usize| {
             let fill = known.fill[fills] * known.filling_pa(p_sup, p[fills]).max(small);

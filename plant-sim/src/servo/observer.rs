@@ -71,6 +71,12 @@ impl Estimate {
         innovation
     }
 
+    /// Takes a force that is measured again for the estimate; what it was off by is no longer a disturbance.
+    pub fn take_force(&mut self, force: f64) {
+        self.disturbance -= force - self.force;
+        self.force = force;
+    }
+
     /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
     /// depend; the sum of both stays.
     pub fn unseen_force(&mut self, tuning: &Tuning) {

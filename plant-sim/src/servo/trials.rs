@@ -98,6 +98,33 @@ pub fn pushed(bench: &mut Bench, load_n: f64) -> [Move; 2] {
     })
 }
 
+/// What became of a move into an obstacle half-way that is taken away later.
+#[derive(Clone, Copy, Debug)]
+pub struct Obstructed {
+    /// Force of the chambers when it is taken away, over what the supply gives.
+    pub force: f64,
+    /// What follows.
+    pub after: Move,
+}
+
+/// A move to `target` in m, with an obstacle half-way for `blocked_s` from when the piston meets it.
+#[must_use]
+pub fn obstructed(bench: &mut Bench, target: f64, blocked_s: f64) -> Obstructed {
+    let ticks = |s: f64| (s / bench.servo.tuning.tick_s) as u32;
+    let (blocked, watch) = (ticks(blocked_s), ticks(3.0));
+    bench.obstacle(Some(target.abs() / 2.0));
+    let mut met = 0;
+    while met < blocked {
+        let (y, _) = bench.tick(target);
+        met += u32::from(met > 0 || y.abs() > 0.499 * target.abs());
+    }
+    let rig = &bench.servo.rig;
+    let (state, most_pa) = (bench.state(), rig.supply.pressure_pa - rig.supply.atmosphere_pa);
+    let force = target.signum() * (state.p_a_pa - state.p_b_pa) / most_pa;
+    bench.obstacle(None);
+    Obstructed { force, after: step(bench, target, watch) }
+}
+
 /// A streamed target.
 #[derive(Clone, Copy, Debug)]
 pub enum Wave {

@@ -1,6 +1,8 @@
 //! One rule from the rig's nominal numbers to every constant of the law.
 
+use super::learning;
 use super::reference::Limits;
+use control::Quantity;
 use plant_model::Rig;
 use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
 
@@ -33,7 +35,9 @@ pub struct Tuning {
     pub unseen_coulomb: f64,
     /// How fast it is learned in slow motion towards a standing target, 1/s.
     pub slow_learn: f64,
-    /// Ticks after power-on in which the piston still stands.
+    /// Loads that the supply can hold, N.
+    pub load_bounds: [f64; 2],
+    /// Ticks after a run begins in which the piston still stands.
     pub standing_ticks: u32,
     /// Part of it that is unlearned each time that the piston passes a standing target.
     pub unlearn: f64,
@@ -89,6 +93,12 @@ pub struct Tuning {
     pub stick_gain: f64,
     /// Stick: how fast the force follows, 1/s.
     pub stick_force_rate: f64,
+    /// Stall: growth of the force that any friction takes, N.
+    pub stall_force: f64,
+    /// Stall: ticks with more than that until the piston counts as blocked.
+    pub stall_ticks: u32,
+    /// Stall: how fast the force grows then, N/s.
+    pub stall_rate: f64,
     /// Hold: weight of a new value in the means of error, speed and force.
     pub hold_weights: [f64; 3],
     /// Deceleration of the reference from which it counts as braking, m/s2.
@@ -111,7 +121,8 @@ impl Tuning {
         let stick_slip = rig_files::tuning::stick_slip(rig);
         // The velocity of a slipping piston is a difference of positions, and noisier.
         let mean_s = if stick_slip { 8e-3 } else { 4e-3 };
-        let delay_s = Pneumatics::of(rig).delay_s;
+        let Pneumatics { delay_s, areas_m2: [area_a, area_b], .. } = Pneumatics::of(rig);
+        let (supply, atmosphere) = (rig.supply.pressure_pa, rig.supply.atmosphere_pa);
         let delay_ticks = (delay_s / tick_s).min(31.0) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
         let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
@@ -129,6 +140,7 @@ impl Tuning {
             coulomb_start: if stick_slip { 0.8 } else { 0.92 },
             unseen_coulomb: 0.8 * friction.coulomb_n,
             slow_learn: 40.0,
+            load_bounds: [area_b * atmosphere - area_a * supply, area_b * supply - area_a * atmosphere],
             standing_ticks: (8e-3 / tick_s) as u32,
             unlearn: 0.1,
             // What is no whole tick the lag takes up.
@@ -162,6 +174,10 @@ impl Tuning {
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: if stick_slip { 3.0 } else { 2.0 },
             stick_force_rate: law_w / 1.5,
+            // From one end of the friction to the other, both as large as is ever learned.
+            stall_force: 2.0 * learning::limits(Quantity::Coulomb, friction.coulomb_n)[1],
+            stall_ticks: (15e-3 / tick_s) as u32,
+            stall_rate: area_a * (supply - atmosphere) / 5.0,
             hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
             braking: 0.25 * acceleration,
             near_m: 0.5e-3,

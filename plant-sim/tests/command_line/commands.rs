@@ -322,3 +322,28 @@ proptest! {
         let _ = RigFile::parse(&text, "rig.toml");
     }
 }
+
+#[test]
+fn getting_started_shows_what_the_commands_print() {
+    let page = include_str!("../../../docs/getting-started.md");
+    let answer = answers(&["0.045 32768 23710 23710 45875"]).remove(0);
+    let code = answer.split_whitespace().next().expect("a code");
+    assert!(page.contains(&format!("# ({code}, 'run')")), "docs/getting-started.md documents another code than {code}");
+
+    let out = std::env::temp_dir().join(format!("getting-started-{}", std::process::id()));
+    let printed = plant_sim().arg("run").arg("--out").arg(&out).output().expect("the program runs");
+    let printed = String::from_utf8(printed.stdout).expect("text");
+    let _ = std::fs::remove_dir_all(&out);
+    let tables = printed.split("\nReport:").next().expect("a part");
+    let shown = page.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block of text");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/getting-started.md");
+        std::fs::write(path, page.replacen(shown, tables, 1)).expect("the page is written");
+        return;
+    }
+    assert_eq!(
+        shown, tables,
+        "docs/getting-started.md shows another table than `cargo run --release` prints; write it anew with `UPDATE_DOCS=1 cargo test -p \
+         plant-sim --test command_line getting_started`"
+    );
+}

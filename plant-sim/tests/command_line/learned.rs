@@ -161,8 +161,13 @@ fn what_is_kept_is_refused_with_other_parameters_of_the_rig_and_beyond_the_limit
 
     for quantity in Quantity::ALL {
         let index = usize::from(quantity.number());
-        for part in quantity.limits() {
-            let beyond = part as f32 * fresh.nominal[index] * if part < 1.0 { 0.99 } else { 1.01 };
+        let nominal = fresh.nominal[index];
+        let beyond = match quantity.limits() {
+            Some([least, most]) => [0.99 * least as f32 * nominal, 1.01 * most as f32 * nominal],
+            // More than the supply holds, in m/s2.
+            None => [-1000.0, 1000.0],
+        };
+        for beyond in beyond {
             let mut values = kept;
             values[index] = beyond;
             {
