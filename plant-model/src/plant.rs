@@ -176,7 +176,7 @@ impl<R: Real> Plant<R> {
             Side::B => (h.b_length_m, h.b_diameter_m),
         };
         let full_drop = (s.pressure_pa - s.atmosphere_pa) / s.pressure_pa;
-        let hose = Hose::new(length_m, diameter_m, rig.gas.temperature_k, full_drop);
+        let hose = Hose::new(length_m, diameter_m, rig.gas.temperature_k);
         let cushion = Self::cushion(rig, side, full_drop);
         if !rig.follows_iso6358() {
             let (fill, exhaust) = (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa);

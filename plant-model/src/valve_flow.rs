@@ -100,10 +100,10 @@ impl<R: Real> Orifices<R> {
             return iso.inflow(hose, filling, magnitude, p, supply, atmosphere);
         }
         let valve = self.connect(filling, magnitude, supply, atmosphere);
-        let Some(hose) = hose else { return valve.inflow(filling, p) };
-        let share = hose.coefficient / (hose.coefficient + valve.conductance);
-        let both = Connection { conductance: valve.conductance * share, ..valve };
-        Flow { opening_exponent: share, ..both.inflow(filling, p) }
+        match hose {
+            Some(hose) => hose.inflow(&valve, filling, p),
+            None => valve.inflow(filling, p),
+        }
     }
 }
 

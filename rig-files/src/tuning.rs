@@ -171,9 +171,20 @@ impl Pneumatics {
             return nominal;
         }
         let p = rig.supply.pressure_pa;
-        // Into a chamber without pressure, and out of one against none: as much as flows at all, kg/(s Pa).
-        let fills = |n: usize, magnitude: f64| sides[n].inflow(true, magnitude, 0.0, p, 0.0).mass_flow / p;
-        let exhausts = |n: usize, magnitude: f64| -sides[n].inflow(false, magnitude, p, p, 0.0).mass_flow / p;
+        // Into a chamber without pressure, and out of one against none: as much as flows at all, kg/(s Pa). Behind a valve of the
+        // linear law a hose holds back the more the more flows: there half-way between supply and atmosphere, near rest.
+        let atmosphere = rig.supply.atmosphere_pa;
+        let (filled, emptied, outside) = if hoses && nominal.critical.is_none() {
+            let middle = 0.5 * (p + atmosphere);
+            (middle, middle, atmosphere)
+        } else {
+            (0.0, p, 0.0)
+        };
+        let fills =
+            |n: usize, magnitude: f64| sides[n].inflow(true, magnitude, filled, p, outside).mass_flow / (p - filled);
+        let exhausts = |n: usize, magnitude: f64| {
+            -sides[n].inflow(false, magnitude, emptied, p, outside).mass_flow / (emptied - outside)
+        };
         let widest = [most_v, -most_v].map(|u| plant.opening(u).magnitude).into_iter().fold(0.0, f64::max);
         let full = |flow: &dyn Fn(usize, f64) -> f64| [0, 1].map(|n| flow(n, widest) / FRAC_PI_2);
         let (fill, exhaust) = (full(&fills), full(&exhausts));
