@@ -286,3 +286,26 @@ fn iso6358_pa(up: f64, down: f64, critical: f64) -> f64 {
 
 /// How fast the estimated force follows the measured one, 1/s: bounded by the noise of the pressures.
 pub const FORCE_RATE: f64 = 375.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hose_behind_the_linear_valve_is_in_the_coefficients_and_in_the_opening_of_the_law() {
+        let mut rig = Rig::<f64>::paper_a();
+        let bare = Pneumatics::of(&rig);
+        let h = &mut rig.hoses;
+        (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.0, 4.0e-3, 1.0, 4.0e-3);
+        let (plant, law) = (Plant::unchecked(&rig), Pneumatics::of(&rig));
+        let share = law.fill[0] / bare.fill[0];
+        assert!((0.8..0.9).contains(&share), "the open valve's flow falls by a seventh, not by two fifths: {share}");
+        let (supply, p) = (rig.supply.pressure_pa, law.rest_pa[0]);
+        for w in [0.05, 0.2, 0.5, 1.0, 3.0] {
+            let flows = plant.orifices(Side::A).inflow(true, plant.opening(w).magnitude, p, supply, 1.0e5).mass_flow;
+            let known = law.fill[0] * law.angle(w) * law.filling_pa(supply, p);
+            // One curve for four paths, and straight lines between its points.
+            assert!((known / flows - 1.0).abs() < 0.05, "{w} V: {known} {flows}");
+        }
+    }
+}
