@@ -63,7 +63,7 @@ impl<R: Real> Tube<R> {
     pub(crate) fn inflow(&self, valve: &Connection<R>, filling: bool, p: R) -> Flow<R> {
         let drop = valve.pressure_pa - p;
         let into = drop >= R::ZERO;
-        let passed = self.behind(valve.conductance, into, p, drop.abs());
+        let passed = self.passed(valve.conductance, into, p, drop.abs());
         let signed = |value: R| if into { value } else { -value };
         Flow {
             mass_flow: signed(passed.flow),
@@ -75,7 +75,7 @@ impl<R: Real> Tube<R> {
     }
 
     #[inline]
-    fn behind(&self, valve: R, into: bool, p: R, drop: R) -> Passed<R> {
+    fn passed(&self, valve: R, into: bool, p: R, drop: R) -> Passed<R> {
         let (b, two) = (self.critical_ratio, R::ONE + R::ONE);
         let loss = R::ONE - b;
         let part = valve / self.conductance;
@@ -115,14 +115,13 @@ impl<R: Real> Tube<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hose::Hose;
     use std::vec::Vec;
 
     /// Valves from nearly closed to wider than any tube, at pressures from vacuum's neighbourhood to above the supply.
     fn situations() -> Vec<(Tube<f64>, Connection<f64>, f64)> {
         let mut all = Vec::new();
         for (length_m, diameter_m) in [(1.0, 4.0e-3), (0.5, 2.6e-3), (2.0, 6.0e-3), (0.2, 8.0e-3), (20.0, 2.0e-3)] {
-            let tube = Hose::new(length_m, diameter_m, 293.15).unwrap().tube.unwrap();
+            let tube = Tube::hose(length_m, diameter_m, 293.15).unwrap();
             for conductance in [1.0e-13, 1.0e-10, 1.0e-9, 4.0e-9, 1.1e-8, 5.0e-8, 1.0e-6] {
                 for pressure_pa in [1.0e5, 7.0e5] {
                     for p in [2.0e4, 1.02e5, 1.5e5, 3.6e5, 6.0e5, 6.95e5, 8.0e5, 3.0e6] {
@@ -229,7 +228,7 @@ mod tests {
     #[test]
     fn a_tube_takes_its_part_of_the_drop_with_the_square_of_the_flow() {
         // 1 m of 4 mm behind the valve of case (a), filling at the rest pressure: C = 1.42e-8 kg/(s Pa), b = 0.354.
-        let tube = Hose::new(1.0, 4.0e-3, 293.0).unwrap().tube.unwrap();
+        let tube = Tube::hose(1.0, 4.0e-3, 293.0).unwrap();
         let taken = |opening: f64| {
             let conductance = 6.9501e-9 * opening * core::f64::consts::FRAC_PI_2;
             let valve = Connection { conductance, pressure_pa: 7.0e5 };
@@ -242,7 +241,7 @@ mod tests {
 
     #[test]
     fn nothing_flows_through_a_closed_valve_nor_between_equal_pressures_and_no_pressure_is_no_trouble() {
-        let tube = Hose::new(1.0, 4.0e-3, 293.0).unwrap().tube.unwrap();
+        let tube = Tube::hose(1.0, 4.0e-3, 293.0).unwrap();
         let flow = |conductance, pressure_pa, p| tube.inflow(&Connection { conductance, pressure_pa }, true, p);
         assert_eq!(flow(0.0, 7.0e5, 3.0e5).mass_flow, 0.0);
         let level = flow(1.0e-8, 3.0e5, 3.0e5);

@@ -174,7 +174,7 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     let share = |opening| flow(&hosed, opening) / flow(&plain, opening);
     assert!((share(1e-3) - 1.0).abs() < 1e-6, "a nearly closed valve feels no hose: {}", share(1e-3));
     // C = 1 and C_t = 1.11 l/(s bar): 1/C^3 adds up to 0.835.
-    let hose = hosed.orifices(Side::A).hose.unwrap();
+    let hose = hosed.coefficients().valve_a.hose.unwrap();
     let valve = hosed.orifices(Side::A).fill * FRAC_PI_2;
     let wanted = (1.0 + (valve / hose.conductance).powi(3)).powf(-1.0 / 3.0);
     assert!((share(FRAC_PI_2) - wanted).abs() < 1e-9 && (0.7..0.9).contains(&wanted), "{wanted}");
@@ -195,7 +195,7 @@ fn behind_the_linear_valve_throttles_are_linear_and_the_hose_is_not() {
     effects.set(Effect::LineRestriction, &[ratio, ratio]);
     let plant = Plant::new(&rig, &effects).unwrap();
     let (supply, atmosphere) = (rig.supply.pressure_pa, rig.supply.atmosphere_pa);
-    let tube = plant.orifices(Side::B).hose.unwrap().tube.unwrap();
+    let tube = plant.coefficients().valve_b.hose.unwrap();
     let standard = |up: f64, down: f64| {
         let beyond = ((down / up - tube.critical_ratio) / (1.0 - tube.critical_ratio)).max(0.0);
         tube.conductance * up * (1.0 - beyond * beyond).sqrt()
