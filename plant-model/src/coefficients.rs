@@ -1,8 +1,8 @@
 //! Nominal parameters with all effects folded in.
 
-use crate::cushion::Cushion;
 use crate::dead_zone::DeadZone;
-use crate::hose::Hose;
+use crate::hose::Throttle;
+use crate::tube::Tube;
 
 /// Everything the right-hand side needs, effects included. Built by `Plant::new`, changed by effects only: they change
 /// the coefficients of the paper's model, or set those of a term of their own.
@@ -72,7 +72,9 @@ pub struct ValvePaths<R> {
     /// Critical pressure ratios of filling and exhausting, where the valve follows ISO 6358 by itself.
     pub critical_ratios: Option<[R; 2]>,
     /// The hose, if it is described.
-    pub hose: Option<Hose<R>>,
-    /// The cushion at the chamber's end, if it has one.
-    pub cushion: Option<Cushion<R>>,
+    pub hose: Option<Tube<R>>,
+    /// What throttles the line behind it.
+    pub line: Option<Throttle<R>>,
+    /// The cushion at the chamber's end, if it has one: its length in m, and its needle.
+    pub cushion: Option<(R, Throttle<R>)>,
 }

@@ -15,7 +15,7 @@
 //! Left out: the volume that the spear cuts off, which counts to the chamber, and leaks past the spear's seal.
 
 use crate::flow::Flow;
-use crate::hose::Hose;
+use crate::hose::Resistance;
 use crate::real::Real;
 
 /// The part of the length on which the spear closes the bore.
@@ -27,7 +27,7 @@ pub struct Cushion<R> {
     /// Distance from the end of the stroke at which it begins, m; positive.
     pub length_m: R,
     /// The needle, and what else is in series with the valve.
-    pub needle: Hose<R>,
+    pub needle: Resistance<R>,
 }
 
 impl<R: Real> Cushion<R> {

@@ -39,6 +39,7 @@ mod sensors;
 pub mod similarity;
 mod simulator;
 mod stepper;
+pub mod tube;
 pub mod valve_flow;
 
 pub use coefficients::{Coefficients, ValvePaths};

@@ -6,11 +6,12 @@ use crate::dead_zone::DeadZone;
 use crate::effects::terms::Chamber;
 use crate::effects::{Added, ChamberFlow, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
-use crate::hose::{self, Hose};
+use crate::hose::{self, Resistance, Throttle};
 use crate::measurement::Measurement;
 use crate::opening::OpeningCurve;
 use crate::real::Real;
 use crate::rig::{ParameterError, Rig};
+use crate::tube::Tube;
 use crate::valve_flow::{Flow, Opening, Orifices};
 
 /// The smallest volume a chamber can have, as a part of the swept volume `A L` (erratum: case (b) would reach zero).
@@ -176,11 +177,11 @@ impl<R: Real> Plant<R> {
             Side::B => (h.b_length_m, h.b_diameter_m),
         };
         let full_drop = (s.pressure_pa - s.atmosphere_pa) / s.pressure_pa;
-        let hose = Hose::new(length_m, diameter_m, rig.gas.temperature_k, full_drop);
+        let hose = Tube::hose(length_m, diameter_m, rig.gas.temperature_k);
         let cushion = Self::cushion(rig, side, full_drop);
         if !rig.follows_iso6358() {
             let (fill, exhaust) = (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa);
-            return ValvePaths { fill, exhaust, critical_ratios: None, hose, cushion };
+            return ValvePaths { fill, exhaust, critical_ratios: None, hose, line: None, cushion };
         }
         let (fill, exhaust, ratios) = match side {
             Side::A => (
@@ -195,31 +196,34 @@ impl<R: Real> Plant<R> {
             ),
         };
         let [fill, exhaust] = [fill, exhaust].map(|sonic| rig.sonic_flow_per_rad(sonic));
-        ValvePaths { fill, exhaust, critical_ratios: Some(ratios), hose, cushion }
+        ValvePaths { fill, exhaust, critical_ratios: Some(ratios), hose, line: None, cushion }
     }
 
-    fn cushion(rig: &Rig<R>, side: Side, full_drop: R) -> Option<Cushion<R>> {
+    fn cushion(rig: &Rig<R>, side: Side, full_drop: R) -> Option<(R, Throttle<R>)> {
         let c = &rig.cushions;
         let (length_m, sonic) = match side {
             Side::A => (c.cushion_a_length_m, c.cushion_a_conductance_m3_per_s_pa),
             Side::B => (c.cushion_b_length_m, c.cushion_b_conductance_m3_per_s_pa),
         };
         let conductance = hose::mass_conductance(sonic, rig.gas.temperature_k);
-        let needle = Hose::throttle(conductance, R::ONE, true, full_drop);
-        (length_m > R::ZERO).then_some(Cushion { length_m, needle })
+        let needle = Throttle::new(conductance, R::ONE, true, full_drop);
+        (length_m > R::ZERO).then_some((length_m, needle))
     }
 
     fn assemble(rig: &Rig<R>, model: Coefficients<R>, added: Added<R>) -> Self {
         let single_acting = rig.cylinder.is_single_acting();
-        let orifices = |valve: &ValvePaths<R>| Orifices {
-            fill: valve.fill,
-            exhaust: valve.exhaust,
-            iso6358: added.choked_flow.on(valve, model.supply_pa, model.atmosphere_pa),
-            hose: valve.hose,
-            cushion: valve.cushion.map(|cushion| Cushion {
-                needle: valve.hose.map_or(cushion.needle, |hose| hose.and(&cushion.needle)),
-                ..cushion
-            }),
+        let orifices = |valve: &ValvePaths<R>| {
+            let iso6358 = added.choked_flow.on(valve, model.supply_pa, model.atmosphere_pa);
+            let behind = |throttles: &[Option<Throttle<R>>]| Resistance::of(valve.hose, throttles, iso6358.is_some());
+            Orifices {
+                fill: valve.fill,
+                exhaust: valve.exhaust,
+                iso6358,
+                hose: behind(&[valve.line]),
+                cushion: valve.cushion.and_then(|(length_m, needle)| {
+                    behind(&[valve.line, Some(needle)]).map(|needle| Cushion { length_m, needle })
+                }),
+            }
         };
         let orifices_a = orifices(&model.valve_a);
         // The valve's port to a chamber that breathes freely is plugged.

@@ -3,7 +3,7 @@
 use crate::cushion::{self, Cushion};
 pub use crate::effects::choked_flow::{Iso6358, psi};
 pub use crate::flow::Flow;
-use crate::hose::Hose;
+use crate::hose::Resistance;
 use crate::real::Real;
 
 /// How far an orifice pair is open, and which chamber is being filled.
@@ -44,8 +44,8 @@ pub struct Orifices<R> {
     pub exhaust: R,
     /// ISO 6358 law, if it replaces the linear one.
     pub iso6358: Option<Iso6358<R>>,
-    /// The hose between them and the chamber, if it is described.
-    pub hose: Option<Hose<R>>,
+    /// The hose between them and the chamber, if it is described, and what throttles.
+    pub hose: Option<Resistance<R>>,
     /// The cushion at the chamber's end; its needle includes the hose.
     pub cushion: Option<Cushion<R>>,
 }
@@ -95,15 +95,23 @@ impl<R: Real> Orifices<R> {
     }
 
     #[inline]
-    fn through(&self, hose: Option<&Hose<R>>, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
+    fn through(
+        &self,
+        hose: Option<&Resistance<R>>,
+        filling: bool,
+        magnitude: R,
+        p: R,
+        supply: R,
+        atmosphere: R,
+    ) -> Flow<R> {
         if let Some(iso) = &self.iso6358 {
-            return iso.inflow(hose, filling, magnitude, p, supply, atmosphere);
+            return iso.inflow(hose.and_then(Resistance::iso6358), filling, magnitude, p, supply, atmosphere);
         }
         let valve = self.connect(filling, magnitude, supply, atmosphere);
-        let Some(hose) = hose else { return valve.inflow(filling, p) };
-        let share = hose.coefficient / (hose.coefficient + valve.conductance);
-        let both = Connection { conductance: valve.conductance * share, ..valve };
-        Flow { opening_exponent: share, ..both.inflow(filling, p) }
+        match hose {
+            Some(hose) => hose.inflow(&valve, filling, p),
+            None => valve.inflow(filling, p),
+        }
     }
 }
 

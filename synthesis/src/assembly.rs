@@ -35,9 +35,8 @@ impl Physics {
             line_delay_s: 0.5 * (h.a_length_m + h.b_length_m)
                 / (rig.gas.heat_capacity_ratio * rig.gas.gas_constant_j_per_kg_k * rig.gas.temperature_k).sqrt(),
             sonic: None,
-            tubes: [[h.a_length_m, h.a_diameter_m], [h.b_length_m, h.b_diameter_m]].map(|[length, diameter]| {
-                Tube::of(length, diameter, rig.gas.temperature_k, full_drop).into_iter().collect()
-            }),
+            tubes: [[h.a_length_m, h.a_diameter_m], [h.b_length_m, h.b_diameter_m]]
+                .map(|[length, diameter]| Tube::of(length, diameter, rig.gas.temperature_k).into_iter().collect()),
             cushions: [None; 2],
             spring: (c.spring_n_per_m + c.spring_preload_n > 0.0).then_some([c.spring_n_per_m, c.spring_preload_n]),
             opening: rig.opening.points().to_vec(),
@@ -86,7 +85,7 @@ impl Physics {
         ];
         physics.cushions = ends.map(|[length, sonic]| {
             let conductance = mass_conductance(sonic, rig.gas.temperature_k);
-            (length > 0.0).then_some((length, Tube { conductance, ratio: 0.3, full_drop }))
+            (length > 0.0).then_some((length, Tube::throttle(conductance, full_drop)))
         });
         for effect in Effect::ALL {
             for cause in causes {
@@ -115,7 +114,7 @@ impl Physics {
             Some(sonic) => factor * sonic[side][way][0],
             None => factor * std::f64::consts::FRAC_PI_2 * full_drop,
         };
-        (ratio > 0.0).then(|| Tube { conductance: open / ratio, ratio: 0.3, full_drop })
+        (ratio > 0.0).then(|| Tube::throttle(open / ratio, full_drop))
     }
 
     fn add_foreign(&mut self, foreign: Foreign, p: &[f64; 2]) {
@@ -230,7 +229,11 @@ impl Physics {
             }
             (None, None) => Path::Linear(factor),
         };
-        if filling { path.flow(opening, tubes, supply, p) } else { -path.flow(opening, tubes, p, self.atmosphere_pa) }
+        if filling {
+            path.flow(opening, tubes, true, supply, p)
+        } else {
+            -path.flow(opening, tubes, false, p, self.atmosphere_pa)
+        }
     }
 
     /// The mean of [`Physics::rest_pressures_pa`], Pa.

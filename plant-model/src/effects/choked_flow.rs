@@ -3,9 +3,9 @@ use super::identification::{Against, Balance, Balances, Identification, Only, Pi
 use super::terms::Term;
 use crate::coefficients::{Coefficients, ValvePaths};
 use crate::flow::Flow;
-use crate::hose::Hose;
 use crate::real::Real;
 use crate::rig::Rig;
+use crate::tube::Tube;
 use core::fmt;
 
 /// Coefficients of its term.
@@ -109,7 +109,7 @@ impl<R: Real> Iso6358<R> {
     #[inline]
     pub(crate) fn inflow(
         &self,
-        hose: Option<&Hose<R>>,
+        hose: Option<&Tube<R>>,
         filling: bool,
         magnitude: R,
         p: R,

@@ -5,8 +5,7 @@ use super::identification::{
 };
 pub(crate) use super::terms::NoTerms as Terms;
 use crate::coefficients::{Coefficients, ValvePaths};
-use crate::cushion::Cushion;
-use crate::hose::Hose;
+use crate::hose::Throttle;
 use crate::real::Real;
 use crate::rig::Rig;
 use core::fmt;
@@ -14,8 +13,8 @@ use core::fmt;
 /// A needle behind which `1/ratio` of what the open valve exhausts passes; none at a ratio of 0.
 fn fit_cushion<R: Real>(length_m: R, ratio: R, full_drop: R, valve: &mut ValvePaths<R>) {
     let open = valve.exhaust * R::PI * R::HALF;
-    valve.cushion = (ratio > R::ZERO)
-        .then(|| Cushion { length_m, needle: Hose::throttle(open, ratio, valve.critical_ratios.is_some(), full_drop) });
+    let needle = || Throttle::new(open, ratio, valve.critical_ratios.is_some(), full_drop);
+    valve.cushion = (ratio > R::ZERO).then(|| (length_m, needle()));
 }
 
 /// A step of the length that a fit feels, as a part of half the stroke: a tenth of the mouth of a common cushion.

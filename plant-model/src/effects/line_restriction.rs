@@ -3,7 +3,7 @@ use super::effect::Effect;
 use super::identification::{Against, Balance, Balances, Confusion, Identification, Likeness, Picture, StartContext};
 pub(crate) use super::terms::NoTerms as Terms;
 use crate::coefficients::{Coefficients, ValvePaths};
-use crate::hose::Hose;
+use crate::hose::Throttle;
 use crate::real::Real;
 use core::fmt;
 
@@ -13,8 +13,8 @@ fn restrict<R: Real>(ratio: R, full_drop: R, valve: &mut ValvePaths<R>) {
     if !is_there {
         return;
     }
-    let line = Hose::throttle(valve.fill * R::PI * R::HALF, ratio, valve.critical_ratios.is_some(), full_drop);
-    valve.hose = Some(valve.hose.map_or(line, |hose| hose.and(&line)));
+    let open = valve.fill * R::PI * R::HALF;
+    valve.line = Some(Throttle::new(open, ratio, valve.critical_ratios.is_some(), full_drop));
 }
 
 pub(super) struct LineRestriction;

@@ -1,7 +1,7 @@
 //! Cylinders, valves and hoses as they are bought: a rod on one side, an incline, ISO 6358, a table of the opening, hoses.
 
 use plant_model::hose::{REFERENCE_DENSITY_KG_PER_M3, REFERENCE_TEMPERATURE_K};
-use plant_model::{Effects, OpeningTable, Plant, Rig, Side, Simulator, State, Stepper, Tolerance};
+use plant_model::{Effect, Effects, OpeningTable, Plant, Rig, Side, Simulator, State, Stepper, Tolerance};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A cylinder of bore 32 mm, rod 12 mm and stroke 200 mm, behind a valve of ISO 6358.
@@ -174,16 +174,62 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     let share = |opening| flow(&hosed, opening) / flow(&plain, opening);
     assert!((share(1e-3) - 1.0).abs() < 1e-6, "a nearly closed valve feels no hose: {}", share(1e-3));
     // C = 1 and C_t = 1.11 l/(s bar): 1/C^3 adds up to 0.835.
-    let hose = hosed.orifices(Side::A).hose.unwrap();
+    let hose = hosed.coefficients().valve_a.hose.unwrap();
     let valve = hosed.orifices(Side::A).fill * FRAC_PI_2;
     let wanted = (1.0 + (valve / hose.conductance).powi(3)).powf(-1.0 / 3.0);
     assert!((share(FRAC_PI_2) - wanted).abs() < 1e-9 && (0.7..0.9).contains(&wanted), "{wanted}");
 }
 
+/// A paper's rig and its valve, with hoses.
+fn linear_with_hoses(mut rig: Rig<f64>) -> Rig<f64> {
+    let h = &mut rig.hoses;
+    (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.2, 4.0e-3, 0.8, 4.0e-3);
+    rig
+}
+
 #[test]
-fn single_precision_follows_double_on_a_single_rod_cylinder_with_table_and_hoses() {
-    let rig = with_table_and_hoses(single_rod());
-    let mut exact = Simulator::<f64>::new(&rig, &Effects::none()).unwrap();
+fn behind_the_linear_valve_throttles_are_linear_and_the_hose_is_not() {
+    let rig = with_cushions(linear_with_hoses(Rig::paper_c()));
+    let ratio = 0.5;
+    let mut effects = Effects::none();
+    effects.set(Effect::LineRestriction, &[ratio, ratio]);
+    let plant = Plant::new(&rig, &effects).unwrap();
+    let (supply, atmosphere) = (rig.supply.pressure_pa, rig.supply.atmosphere_pa);
+    let tube = plant.coefficients().valve_b.hose.unwrap();
+    let standard = |up: f64, down: f64| {
+        let beyond = ((down / up - tube.critical_ratio) / (1.0 - tube.critical_ratio)).max(0.0);
+        tube.conductance * up * (1.0 - beyond * beyond).sqrt()
+    };
+    let line = rig.valve.fill_coefficient_kg_per_s_pa * FRAC_PI_2 / ratio;
+    // The needle lets its sonic conductance's flow pass at full drop.
+    let sonic = 5.0e-10 * REFERENCE_DENSITY_KG_PER_M3 * (REFERENCE_TEMPERATURE_K / rig.gas.temperature_k).sqrt();
+    let needle = sonic * supply / (supply - atmosphere);
+    // Far from B's end, and at it.
+    for (y, needles) in [(0.0, 0.0), (plant.half_stroke_m(), 1.0)] {
+        for opening in [0.01, 0.3, FRAC_PI_2] {
+            for p in [1.5e5, 3.6e5, 6.5e5] {
+                let flow = |filling| plant.valve_inflow(Side::B, y, filling, opening, p, supply).mass_flow;
+                let (into, out) = (flow(true), -flow(false));
+                // What is left of the drop behind valve and throttles is the hose's.
+                let linear = |valve: f64, needles: f64| 1.0 / (valve * opening) + 1.0 / line + needles / needle;
+                let before = supply - into * linear(rig.valve.fill_coefficient_kg_per_s_pa, 0.0);
+                let behind = atmosphere + out * linear(rig.valve.exhaust_coefficient_kg_per_s_pa, needles);
+                assert!((standard(before, p) / into - 1.0).abs() < 1e-6, "{y} {opening} {p}: {into}");
+                assert!((standard(p, behind) / out - 1.0).abs() < 1e-6, "{y} {opening} {p}: {out}");
+            }
+        }
+    }
+}
+
+#[test]
+fn single_precision_follows_double_with_hoses_on_a_single_rod_cylinder_with_a_table_and_behind_the_linear_valve() {
+    for rig in [with_table_and_hoses(single_rod()), linear_with_hoses(Rig::paper_c())] {
+        single_precision_follows_double(&rig);
+    }
+}
+
+fn single_precision_follows_double(rig: &Rig<f64>) {
+    let mut exact = Simulator::<f64>::new(rig, &Effects::none()).unwrap();
     let small = rig.convert::<f32>();
     let small_plant = Plant::new(&small, &Effects::none()).unwrap();
     let [p_a, p_b] = small.equilibrium_pressures_pa();

@@ -45,26 +45,29 @@ fn any_rig() -> impl Strategy<Value = Rig<f64>> {
     })
 }
 
-/// The same as they are bought: a rod, an incline, ISO 6358, a table, hoses, each anywhere within its range.
+/// The same as they are bought: a rod, an incline, ISO 6358 or not, a table, hoses, each anywhere within its range.
 fn any_bought_rig() -> impl Strategy<Value = Rig<f64>> {
     let unit = || 0.0f64..1.0;
     let table = proptest::option::of(proptest::array::uniform4(unit()));
     let more = (proptest::array::uniform4(unit()), proptest::option::of(proptest::array::uniform2(unit())));
-    (any_rig(), proptest::array::uniform12(unit()), table, more).prop_map(|(mut rig, x, table, (more, spring))| {
+    let parts = proptest::array::uniform12(unit());
+    (any_rig(), any::<bool>(), parts, table, more).prop_map(|(mut rig, iso6358, x, table, (more, spring))| {
         let within = |name: &str, part: f64| {
             let limits = rig_key(name).expect(name).limits;
             if limits.low > 0.0 { limits.low * (limits.high / limits.low).powf(part) } else { limits.high * part }
         };
         rig.cylinder.area_b_m2 = rig.cylinder.area_a_m2 * (0.1 + 0.9 * x[0]);
         rig.load.inclination_deg = 180.0 * x[1] - 90.0;
-        let v = &mut rig.valve;
-        (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
-        v.fill_conductance_a_m3_per_s_pa = within("fill_conductance_a_m3_per_s_pa", x[2]);
-        v.fill_conductance_b_m3_per_s_pa = within("fill_conductance_b_m3_per_s_pa", x[3]);
-        v.exhaust_conductance_a_m3_per_s_pa = within("exhaust_conductance_a_m3_per_s_pa", x[4]);
-        v.exhaust_conductance_b_m3_per_s_pa = within("exhaust_conductance_b_m3_per_s_pa", x[5]);
-        v.fill_critical_ratio_a = within("fill_critical_ratio_a", x[6]);
-        v.exhaust_critical_ratio_b = within("exhaust_critical_ratio_b", x[7]);
+        if iso6358 {
+            let v = &mut rig.valve;
+            (v.fill_coefficient_kg_per_s_pa, v.exhaust_coefficient_kg_per_s_pa) = (0.0, 0.0);
+            v.fill_conductance_a_m3_per_s_pa = within("fill_conductance_a_m3_per_s_pa", x[2]);
+            v.fill_conductance_b_m3_per_s_pa = within("fill_conductance_b_m3_per_s_pa", x[3]);
+            v.exhaust_conductance_a_m3_per_s_pa = within("exhaust_conductance_a_m3_per_s_pa", x[4]);
+            v.exhaust_conductance_b_m3_per_s_pa = within("exhaust_conductance_b_m3_per_s_pa", x[5]);
+            v.fill_critical_ratio_a = within("fill_critical_ratio_a", x[6]);
+            v.exhaust_critical_ratio_b = within("exhaust_critical_ratio_b", x[7]);
+        }
         let h = &mut rig.hoses;
         (h.a_length_m, h.a_diameter_m) = (within("hose_a.length_m", x[8]), within("hose_a.diameter_m", x[9]));
         (h.b_length_m, h.b_diameter_m) = (within("hose_b.length_m", x[10]), within("hose_b.diameter_m", x[11]));
