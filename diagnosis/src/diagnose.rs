@@ -122,8 +122,13 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
             proven = proven.without(effect, problem.nominal);
         }
     }
-    let refitted = (!judgement.leads.is_empty()).then(|| problem.fit(proven, 6).map(|fit| problem.with_errors(fit)));
-    let kept = refitted.flatten().unwrap_or_else(|| found.best.clone());
+    let kept = match judgement.leads.is_empty() {
+        true => None,
+        // Without any cause it was fitted already.
+        false if proven.effects.is_empty() => Some(found.null.clone()),
+        false => problem.fit(proven, 6),
+    };
+    let kept = kept.unwrap_or_else(|| found.best.clone());
     let predicts = |fit: &Fit| hold_out::Comparison::new(problem, None, fit);
     let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let mut held = predicts(&kept);
@@ -139,12 +144,15 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let mut extended = kept.clone();
     if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         let floor = nearest.as_ref().map(|(gain, _)| gain.holdout.noise_floor);
-        let all = support::supported(problem, &found, &named, floor.as_ref(), judgement.open != 0 || !closed);
+        let all = support::supported(problem, &found, (&named, &kept), floor.as_ref(), judgement.open != 0 || !closed);
         if all.hypothesis.effects != kept.hypothesis.effects {
-            extended = problem.with_errors(all);
+            extended = Fit { covariance: None, ..all };
             held = predicts(&extended);
             nearest = at(&held, hold_out::HORIZON_S);
         }
+    }
+    if extended.covariance.is_none() {
+        extended = problem.with_errors(extended);
     }
     let mut extended_rig = extended.hypothesis.rig(rig, &extended.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);

@@ -92,7 +92,11 @@ fn of_air(
         // What a drooping supply and warm walls remember from between the stretches, the openings there decide.
         let remembers = plant.added().supply_droop.droop_pa_s_per_kg > 0.0 || plant.added().wall_heat.law.is_some();
         let parts = (!remembers).then(|| stretches.to_vec());
-        let make = || valve::openings_in(record, plant, parts.as_deref());
+        let places = || valve::places(record, plant, parts.as_deref());
+        let make = || {
+            let places = signals.places.of((valve::Travel::of(plant), parts.clone()), places);
+            valve::openings_at(&places, record, plant)
+        };
         let openings = signals.openings.of((valve::Path::of(plant), parts.clone()), make);
         let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         let drive = |(channel, side): (Channel, Side)| {

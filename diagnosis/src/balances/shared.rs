@@ -4,19 +4,23 @@
 use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
 use super::piston::{Forces, Timing};
-use super::valve::Path;
+use super::valve::{Path, Places, Travel};
 use crate::data::split::Stretch;
 use plant_model::Side;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Signals kept of each kind: those of the hypotheses at work at the same time.
 const KEPT: usize = 24;
+/// Places of the spool are longer than all other signals, and two or three hypotheses of a Jacobian have their own.
+const PLACES_KEPT: usize = 6;
 
 /// The shared signals of one log.
 #[derive(Default)]
 pub(crate) struct Signals {
     /// The valve's openings by command path, in some stretches or all of the log.
     pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Vec<f64>>,
+    /// Where the valve's spool is, in some stretches or all of the log.
+    pub(super) places: Shared<(Travel, Option<Vec<Stretch>>), Places, PLACES_KEPT>,
     /// What the piston's motion does to the chambers' air in some stretches.
     pub(super) compression: Shared<(Geometry, Vec<Stretch>), Vec<Stroke>>,
     /// How the predictions of a chamber's pressure are judged and corrected in some stretches.
@@ -26,17 +30,17 @@ pub(crate) struct Signals {
 }
 
 /// Values by key, the least recently used one forgotten.
-pub(super) struct Shared<K, V> {
+pub(super) struct Shared<K, V, const MOST: usize = KEPT> {
     known: Mutex<Vec<(K, Arc<V>)>>,
 }
 
-impl<K, V> Default for Shared<K, V> {
+impl<K, V, const MOST: usize> Default for Shared<K, V, MOST> {
     fn default() -> Self {
         Self { known: Mutex::default() }
     }
 }
 
-impl<K: PartialEq, V> Shared<K, V> {
+impl<K: PartialEq, V, const MOST: usize> Shared<K, V, MOST> {
     /// The value for a key, made unless it is known.
     pub(super) fn of(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         if let Some(value) = self.find(&key) {
@@ -44,7 +48,7 @@ impl<K: PartialEq, V> Shared<K, V> {
         }
         let value = Arc::new(make());
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() >= KEPT {
+        if known.len() >= MOST {
             known.remove(0);
         }
         known.push((key, Arc::clone(&value)));

@@ -9,22 +9,32 @@ use plant_model::{OpeningCurve, Plant};
 
 /// The parameters that the openings depend on.
 #[derive(PartialEq)]
-pub(crate) struct Path {
+pub(super) struct Path {
     dead_zone: DeadZone<f64>,
     curve: Option<OpeningCurve<f64>>,
+    travel: Travel,
+}
+
+impl Path {
+    pub(super) fn of(plant: &Plant<f64>) -> Self {
+        let dead_zone = plant.coefficients().dead_zone;
+        Self { dead_zone, curve: plant.opening_curve().copied(), travel: Travel::of(plant) }
+    }
+}
+
+/// The parameters that the spool's places depend on.
+#[derive(PartialEq)]
+pub(super) struct Travel {
     max_voltage_v: f64,
     line_delay_s: f64,
     play_half_width_v: f64,
     spool_time_constant_s: f64,
 }
 
-impl Path {
-    pub(crate) fn of(plant: &Plant<f64>) -> Self {
-        let c = plant.coefficients();
+impl Travel {
+    pub(super) fn of(plant: &Plant<f64>) -> Self {
         Self {
-            dead_zone: c.dead_zone,
-            curve: plant.opening_curve().copied(),
-            max_voltage_v: c.max_voltage_v,
+            max_voltage_v: plant.coefficients().max_voltage_v,
             line_delay_s: plant.line_delay_s(),
             play_half_width_v: plant.added().valve_hysteresis.half_width_v,
             spool_time_constant_s: plant.added().valve_lag.time_constant_s,
@@ -56,23 +66,53 @@ fn followed(t_s: &[f64], wanted: &[bool], before_s: f64) -> Vec<bool> {
 
 /// Signed opening `atan(2 w)` in rad, averaged over the interval after each sample; positive fills A.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
-    openings_in(record, plant, None)
+    openings_at(&places(record, plant, None), record, plant)
 }
 
-/// The same, NaN outside some stretches if there are any.
-pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Vec<f64> {
+/// Where the spool is. The points of an opening table and a dead zone change nothing of it.
+pub(super) struct Places {
+    /// The mean place over each part of an interval, V, and the part's duration, s.
+    parts: Vec<(f64, f64)>,
+    /// For each sample: how many parts end before the next one.
+    ends: Vec<usize>,
+}
+
+/// Signed openings where the spool is, NaN where that is not known.
+pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Vec<f64> {
+    let mut last = (f64::NAN, 0.0);
+    let mut begin = 0;
+    let opening = |(k, end): (usize, &usize)| {
+        let parts = &places.parts[begin..*end];
+        begin = *end;
+        if parts.is_empty() {
+            return f64::NAN;
+        }
+        let mut sum = 0.0;
+        for (mean, duration) in parts {
+            if *mean != last.0 {
+                last = (*mean, signed_opening(plant, *mean));
+            }
+            sum += last.1 * duration;
+        }
+        let from = record.t_s[k];
+        sum / (from + record.interval_s(k) - from).max(1.0e-9)
+    };
+    places.ends.iter().enumerate().map(opening).collect()
+}
+
+/// The places of the spool, in some stretches if there are any.
+pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Places {
     let mut wanted = vec![stretches.is_none(); record.len()];
     stretches.into_iter().flatten().for_each(|stretch| wanted[stretch.range()].fill(true));
     let c = plant.coefficients();
     let (t, u) = (&record.t_s, &record.u_v);
-    let mut out = Vec::with_capacity(u.len());
+    let mut out = Places { parts: Vec::with_capacity(u.len()), ends: Vec::with_capacity(u.len()) };
     let Some(&first) = u.first() else { return out };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // The valve is assumed at mid when the log begins; until `Record::valve_known_s` the air does not count.
     let (hysteresis, lag, delay_s) = (plant.added().valve_hysteresis, plant.added().valve_lag, plant.line_delay_s());
     let (mut played, mut spool) = (hysteresis.play(0.0, first), 0.0);
     let mut source = 0;
-    let mut last = (f64::NAN, 0.0);
     let mut decay = Decay::of(lag.time_constant_s);
     let followed = followed(t, &wanted, SPOOL_MEMORY * lag.time_constant_s);
     for k in 0..u.len() {
@@ -83,11 +123,10 @@ pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option
                 played = hysteresis.play(played, u[source]);
             }
             spool = clamp(played);
-            out.push(f64::NAN);
+            out.ends.push(out.parts.len());
             continue;
         }
         let mut at = from;
-        let mut sum = 0.0;
         loop {
             while source + 1 < u.len() && t[source + 1] + delay_s <= at + 1.0e-9 {
                 source += 1;
@@ -110,17 +149,16 @@ pub(super) fn openings_in(record: &Record, plant: &Plant<f64>, stretches: Option
                 } else {
                     target
                 };
-                if wanted[k] && mean != last.0 {
-                    last = (mean, signed_opening(plant, mean));
+                if wanted[k] {
+                    out.parts.push((mean, part));
                 }
-                sum += last.1 * part;
             }
             at = until;
             if at >= to - 1.0e-9 {
                 break;
             }
         }
-        out.push(if wanted[k] { sum / (to - from).max(1.0e-9) } else { f64::NAN });
+        out.ends.push(out.parts.len());
     }
     out
 }
@@ -156,7 +194,7 @@ mod tests {
                 .with(Effect::LineDelay, &[delay_s]);
             let plant = Plant::new(&file.rig, &effects).unwrap();
             let all = openings(&record, &plant);
-            let some = openings_in(&record, &plant, Some(&stretches));
+            let some = openings_at(&places(&record, &plant, Some(&stretches)), &record, &plant);
             for (k, (one, other)) in all.iter().zip(&some).enumerate() {
                 let wanted = stretches.iter().any(|stretch| stretch.range().contains(&k));
                 assert!(if wanted { (one - other).abs() < 1.0e-12 } else { other.is_nan() }, "{k}: {one} {other}");

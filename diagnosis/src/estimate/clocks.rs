@@ -12,6 +12,7 @@ use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
+use core::cmp::Ordering;
 use plant_model::Effect;
 use rayon::prelude::*;
 use rig_files::{Column, Log, RigFile};
@@ -44,6 +45,11 @@ struct Shift {
     noise: f64,
 }
 
+/// Which of two shifts leaves less.
+fn less(one: &(i32, Shift), other: &(i32, Shift)) -> Ordering {
+    one.1.left.total_cmp(&other.1.left)
+}
+
 impl Reading<'_> {
     /// The misfit with a column shifted, after so many steps of a fit of the nominal values.
     fn with(&self, column: Column, later_s: f64, nominal: &Hypothesis, steps: usize) -> Option<Shift> {
@@ -73,26 +79,41 @@ impl Reading<'_> {
         self.read(&self.part, 0.0, begin).is_some_and(|delayed| delayed.left < shift.left)
     }
 
-    /// The shift of a column that leaves least, if it takes at least a fifth away: nominal values have taken up a part of it.
-    fn best(&self, column: Column, sign: f64, as_is: &Shift) -> Option<Shift> {
+    /// The shift of a column (to a side) by whole rows, and these, that leaves least without another fit, if it takes at least a
+    /// fifth away: nominal values have taken up a part of it.
+    fn coarse(&self, (column, sign): (Column, f64), as_is: &Shift) -> Option<(i32, Shift)> {
         self.part.column(column)?;
-        let row_s = sign * self.part.period_s();
-        let with = |rows: i32, from: &Hypothesis, steps| {
-            let shift = self.with(column, f64::from(rows) * row_s, from, steps)?;
-            // A log of which less can be judged is not understood better.
-            (shift.noise > 0.9 * as_is.noise).then_some((rows, shift))
-        };
-        let less = |one: &(i32, Shift), other: &(i32, Shift)| one.1.left.total_cmp(&other.1.left);
-        let coarse = ROWS.into_par_iter().filter_map(|rows| with(rows, &as_is.nominal, 0));
-        let mut best = coarse.min_by(less).filter(|(_, best)| best.left < 0.8 * as_is.left)?;
+        let shifts = ROWS.into_par_iter().filter_map(|rows| self.by_rows((column, sign), rows, as_is, (as_is, 0)));
+        shifts.min_by(less).filter(|(_, best)| best.left < 0.8 * as_is.left)
+    }
+
+    /// A shift by whole rows after so many steps of a fit from another one's nominal values, and these rows.
+    fn by_rows(
+        &self,
+        (column, sign): (Column, f64),
+        rows: i32,
+        as_is: &Shift,
+        (from, steps): (&Shift, usize),
+    ) -> Option<(i32, Shift)> {
+        let later_s = f64::from(rows) * sign * self.part.period_s();
+        let shift = self.with(column, later_s, &from.nominal, steps)?;
+        // A log of which less can be judged is not understood better.
+        (shift.noise > 0.9 * as_is.noise).then_some((rows, shift))
+    }
+
+    /// The shift of a column that leaves least, found from a coarse one.
+    fn best(&self, way: (Column, f64), as_is: &Shift, coarse: (i32, Shift)) -> Option<Shift> {
+        let row_s = way.1 * self.part.period_s();
+        let with = |rows: i32, from: &Shift| self.by_rows(way, rows, as_is, (from, constants::first_iterations()));
+        let mut best = coarse;
         for _ in 0..REFITS {
-            let (from, reach) = (best.1.nominal.clone(), (best.0 / 4).max(1));
+            let (from, reach) = (best.1.clone(), (best.0 / 4).max(1));
             let beside = [-reach, 0, reach].map(|by| best.0 + by).into_par_iter().filter(|rows| *rows > 0);
-            best = beside.filter_map(|rows| with(rows, &from, constants::first_iterations())).min_by(less)?;
+            best = beside.filter_map(|rows| with(rows, &from)).min_by(less)?;
         }
         // Between rows the misfit is a parabola.
         let (rows, best) = best;
-        let beside = [rows - 1, rows + 1].map(|rows| with(rows, &best.nominal, constants::first_iterations()));
+        let beside = [rows - 1, rows + 1].map(|rows| with(rows, &best));
         let [Some((_, before)), Some((_, after))] = beside else { return None };
         let (slope, bend) = (0.5 * (after.left - before.left), after.left - 2.0 * best.left + before.left);
         let beyond = if bend > 0.0 { (-slope / bend).clamp(-0.5, 0.5) } else { 0.0 };
@@ -121,12 +142,20 @@ pub(crate) fn late_or_early(
         return None;
     }
     // The search begins where nominal values have not yet taken up the shift.
+    let ways = [((Column::Y, 1.0), "early"), ((Column::U, -1.0), "late")];
+    let coarse = |(way, word)| Some((way, word, reading.coarse(way, &begun)?));
+    let coarse: Vec<_> = ways.into_iter().filter_map(coarse).collect();
+    if coarse.is_empty() {
+        return None;
+    }
     let as_is = reading.with(Column::Y, 0.0, fitted, constants::iterations())?;
     if needs_none(&as_is) {
         return None;
     }
-    let columns = [(Column::Y, 1.0, "early"), (Column::U, -1.0, "late")].into_iter();
-    let shifts = columns.filter_map(|(column, sign, word)| Some((reading.best(column, sign, &begun)?, column, word)));
+    let shifts = coarse.into_iter().filter_map(|(way, word, coarse)| {
+        let best = reading.best(way, &begun, coarse)?;
+        Some((best, way.0, word))
+    });
     let (best, column, word) = shifts.min_by(|one, other| one.0.left.total_cmp(&other.0.left))?;
     let told = best.left < MOST_LEFT * as_is.left
         && best.later_s.abs() >= log.period_s()

@@ -136,11 +136,14 @@ impl Problem<'_> {
                 }
                 let weighted: Vec<f64> = a.iter().zip(&weights).map(|(a, w)| a * w).collect();
                 gradient[i] += weighted.iter().zip(residuals).map(|(a, e)| a * e).sum::<f64>();
-                for j in 0..=i {
-                    let b = &columns[j].channels[channel];
-                    if !b.is_empty() {
-                        matrix[(i, j)] += weighted.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-                    }
+                let acting: Vec<usize> = (0..=i).filter(|j| !columns[*j].channels[channel].is_empty()).collect();
+                for side_by_side in acting.chunks(SIDE_BY_SIDE) {
+                    // Where there are fewer, the first one fills up.
+                    let b = core::array::from_fn(|k| {
+                        let j = side_by_side.get(k).unwrap_or(&side_by_side[0]);
+                        &columns[*j].channels[channel][..]
+                    });
+                    side_by_side.iter().zip(products(&weighted, b)).for_each(|(j, sum)| matrix[(i, *j)] += sum);
                 }
             }
         }
@@ -158,6 +161,21 @@ impl Problem<'_> {
     }
 }
 
+/// So many sums at once: one alone waits for each of its additions.
+const SIDE_BY_SIDE: usize = 4;
+
+/// The scalar products of a column with others, each summed in its own order.
+fn products(column: &[f64], [a, b, c, d]: [&[f64]; SIDE_BY_SIDE]) -> [f64; SIDE_BY_SIDE] {
+    let mut sums = [0.0; SIDE_BY_SIDE];
+    for ((((value, a), b), c), d) in column.iter().zip(a).zip(b).zip(c).zip(d) {
+        sums[0] += value * a;
+        sums[1] += value * b;
+        sums[2] += value * c;
+        sums[3] += value * d;
+    }
+    sums
+}
+
 pub(crate) fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> {
     let mut out = matrix.clone();
     let largest = (0..out.nrows()).map(|i| out[(i, i)]).fold(0.0, f64::max);
@@ -165,4 +183,20 @@ pub(crate) fn regularised(matrix: &DMatrix<f64>, relative: f64) -> DMatrix<f64> 
         out[(i, i)] += relative * largest.max(1.0e-30);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scalar_products_side_by_side_are_those_one_by_one() {
+        let column: Vec<f64> = (0..101).map(|k| (0.3 * f64::from(k)).sin()).collect();
+        let others: Vec<Vec<f64>> =
+            (0..SIDE_BY_SIDE).map(|j| column.iter().map(|x| (x + j as f64).cos()).collect()).collect();
+        let sums = products(&column, core::array::from_fn(|j| &others[j][..]));
+        for (other, sum) in others.iter().zip(sums) {
+            assert_eq!(sum, column.iter().zip(other).map(|(a, b)| a * b).sum::<f64>());
+        }
+    }
 }

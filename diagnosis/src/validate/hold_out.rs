@@ -209,8 +209,11 @@ impl Commands<'_> {
     /// A simulator that begins in a state, with these commands behind it.
     fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
         let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
-        let remembers = plant.line_delay_s() > 0.0 || plant.added().valve_hysteresis.half_width_v > 0.0;
-        let first = if remembers { 0 } else { self.until };
+        // A play remembers all of them, a delay those that are under way.
+        let t_s = &self.record.t_s;
+        let sent_before = |t: &f64| t + plant.line_delay_s() < t_s[self.until];
+        let under_way = t_s[..self.until].partition_point(sent_before).saturating_sub(1);
+        let first = if plant.added().valve_hysteresis.half_width_v > 0.0 { 0 } else { under_way };
         for k in first..self.until {
             simulator.recall(self.record.u_v[k], self.record.interval_s(k));
         }

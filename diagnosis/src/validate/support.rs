@@ -28,14 +28,14 @@ fn whole_model(problem: &Problem<'_>, fit: &Fit, floor: Option<&PerChannel>) -> 
     errors.zip(floor).map_or(0.0, |(errors, floor)| beyond_floor(&errors, floor))
 }
 
-/// The best supported model. Effects other than the `named` ones must be confirmed, each by itself, on the part held back. With
-/// `grows` further effects are looked for. Over-dispersion is left out of account: a model that is wrong in a balance
-/// should be mended there first, however little its errors say about names. `floor`: what noise makes of a perfect model's
-/// predictions.
+/// The best supported model. Effects other than the `named` ones must be confirmed, each by itself, on the part held back; `proven` is
+/// the fit with those alone. With `grows` further effects are looked for. Over-dispersion is left out of account: a model that is
+/// wrong in a balance should be mended there first, however little its errors say about names. `floor`: what noise makes of a
+/// perfect model's predictions.
 pub(crate) fn supported(
     problem: &Problem<'_>,
     found: &Found,
-    named: &[Effect],
+    (named, proven): (&[Effect], &Fit),
     floor: Option<&PerChannel>,
     grows: bool,
 ) -> Fit {
@@ -45,31 +45,31 @@ pub(crate) fn supported(
     if named.is_empty() && !held.stretches.is_empty() && data_cost(&held, &found.forward) < data_cost(&held, &current) {
         current = found.forward.clone();
     }
-    let unproven: Vec<Effect> = current.hypothesis.effects.iter().copied().filter(|e| !named.contains(e)).collect();
-    for effect in unproven {
-        let smaller = current.hypothesis.without(effect, problem.nominal);
-        let smaller = problem.refit(smaller, effects::channels(effect), constants::support_iterations());
-        let Some(smaller) = smaller else { continue };
-        let confirmed = !held.stretches.is_empty() && data_cost(&held, &current) < data_cost(&held, &smaller);
-        if !(confirmed
-            && whole_model(problem, &current, floor) < constants::no_worse() * whole_model(problem, &smaller, floor))
-        {
-            current = smaller;
+    let grows = grows && !held.stretches.is_empty();
+    let tells_better = |one: &Fit, other: &Fit| {
+        data_cost(&held, one) < data_cost(&held, other)
+            && whole_model(problem, one, floor) < whole_model(problem, other, floor)
+    };
+    let unnamed = found.best.hypothesis.effects.iter().filter(|effect| !named.contains(effect));
+    let without = unnamed.fold(found.best.hypothesis.clone(), |rest, effect| rest.without(*effect, problem.nominal));
+    let mut most = problem.effort.millions() + constants::most_effort_supported();
+    let all = if grows { everyday::fitted(problem, without) } else { None };
+    // Where all everyday effects tell the part held back better than the unproven ones do, and than none does, none is examined.
+    match all {
+        Some(all) if tells_better(&all, &current) && tells_better(&all, proven) => current = all,
+        all => {
+            let spent = problem.effort.millions();
+            current = confirmed(problem, &held, current, named, floor);
+            most += problem.effort.millions() - spent;
+            if let Some(all) = all.filter(|all| tells_better(all, &current)) {
+                current = all;
+            }
         }
     }
-    if !grows || held.stretches.is_empty() {
+    if !grows {
         return current;
     }
     let mut refused: Vec<Effect> = Vec::new();
-    let most = problem.effort.millions() + constants::most_effort_supported();
-    let unnamed = found.best.hypothesis.effects.iter().filter(|effect| !named.contains(effect));
-    let proven = unnamed.fold(found.best.hypothesis.clone(), |rest, effect| rest.without(*effect, problem.nominal));
-    if let Some(all) = everyday::fitted(problem, proven)
-        && data_cost(&held, &all) < data_cost(&held, &current)
-        && whole_model(problem, &all, floor) < whole_model(problem, &current, floor)
-    {
-        current = all;
-    }
     let begun = current.hypothesis.effects.len();
     while current.hypothesis.effects.len() < constants::most_supported() && problem.effort.millions() < most {
         let Some(next) = one_more(problem, &held, &current, floor, &mut refused) else { break };
@@ -88,6 +88,24 @@ pub(crate) fn supported(
         if !named.contains(&effect)
             && let Some(smaller) = smaller()
             && (negligible(&current, effect) || data_cost(&held, &smaller) <= data_cost(&held, &current))
+        {
+            current = smaller;
+        }
+    }
+    current
+}
+
+/// A fit without those of its unproven effects that the part held back does not confirm.
+fn confirmed(problem: &Problem<'_>, held: &Problem<'_>, fit: Fit, named: &[Effect], floor: Option<&PerChannel>) -> Fit {
+    let mut current = fit;
+    let unproven: Vec<Effect> = current.hypothesis.effects.iter().copied().filter(|e| !named.contains(e)).collect();
+    for effect in unproven {
+        let smaller = current.hypothesis.without(effect, problem.nominal);
+        let smaller = problem.refit(smaller, effects::channels(effect), constants::support_iterations());
+        let Some(smaller) = smaller else { continue };
+        let confirmed = !held.stretches.is_empty() && data_cost(held, &current) < data_cost(held, &smaller);
+        if !(confirmed
+            && whole_model(problem, &current, floor) < constants::no_worse() * whole_model(problem, &smaller, floor))
         {
             current = smaller;
         }

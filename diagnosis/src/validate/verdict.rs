@@ -3,6 +3,7 @@
 use super::closure::{closed_cost, judged, like_noise, misfit_of};
 use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
+use super::hold_out::{Comparison, HORIZON_S};
 use crate::constants;
 use crate::data::channel::Channels;
 use crate::estimate::problem::{Fit, Problem};
@@ -78,8 +79,15 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         if stands(place, &cause, effect) { causes.push(cause) } else { leads.push(cause) }
     }
     doubt_beside_leads(&mut causes, &mut leads);
+    // A model that errs as a whole is no place for names whose alternatives were never tried.
+    let unrivalled = |cause: &Cause| found.unrivalled.iter().any(|effect| effect.id() == cause.id);
+    let guessed = !causes.is_empty() && causes.iter().all(unrivalled) && !closes(problem, &found.best);
+    if guessed {
+        leads.append(&mut causes);
+    }
     // Only where a name is in reach, or whether there is a gap is still to be told: the search for such terms takes its time.
-    let superseded = if !causes.is_empty() || !told { superseded(problem, found) } else { Vec::new() };
+    let in_question = !guessed && (!causes.is_empty() || !told);
+    let superseded = if in_question { superseded(problem, found) } else { Vec::new() };
     let outdone = |cause: &Cause| superseded.iter().any(|effect| effect.id() == cause.id);
     leads.extend(causes.extract_if(.., |cause| outdone(cause)));
     doubt_beside_leads(&mut causes, &mut leads);
@@ -90,9 +98,15 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let any = !found.best.hypothesis.effects.is_empty();
     let plain = |b: &Balance| b.nominal_misfit >= 0.5 * closed_cost(b.channel);
     let unclosed = any && causes.is_empty() && balances.iter().any(plain);
-    let gap = told || !superseded.is_empty() || unclosed;
+    let gap = told || guessed || !superseded.is_empty() || unclosed;
     let quiet = !held && balances.iter().all(|b| b.nominal_misfit < constants::like_noise());
     Judgement { causes, leads, open, gap, quiet }
+}
+
+/// Whether the whole model predicts the part held back as well as noise allows.
+fn closes(problem: &Problem<'_>, fit: &Fit) -> bool {
+    let predicted = Comparison::new(problem, None, fit).and_then(|models| models.gain(HORIZON_S));
+    predicted.is_none_or(|(gain, _)| gain.closed())
 }
 
 /// A cause that shares a balance with a lead may only compensate for that lead's error: it becomes one.
