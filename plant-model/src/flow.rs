@@ -1,4 +1,6 @@
-//! A mass flow with its derivatives.
+//! A mass flow with its derivatives, and what an orifice of the linear law connects a chamber to.
+
+use crate::real::Real;
 
 /// A mass flow into a chamber and its partial derivatives, for the integrator's Jacobian.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,4 +15,27 @@ pub struct Flow<R> {
     pub by_distance: R,
     /// `d ln q / d ln opening`: 1 without a hose, less where the hose holds back more than the valve.
     pub opening_exponent: R,
+}
+
+/// What an open orifice of the linear law connects a chamber to: flow is `conductance (pressure - p)` into the chamber.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Connection<R> {
+    /// kg/(s Pa).
+    pub(crate) conductance: R,
+    /// Supply or atmosphere, Pa absolute.
+    pub(crate) pressure_pa: R,
+}
+
+impl<R: Real> Connection<R> {
+    /// Flow into a chamber at pressure `p`.
+    #[inline(always)]
+    pub(crate) fn inflow(&self, filling: bool, p: R) -> Flow<R> {
+        Flow {
+            mass_flow: self.conductance * (self.pressure_pa - p),
+            by_chamber: -self.conductance,
+            by_supply: if filling { self.conductance } else { R::ZERO },
+            by_distance: R::ZERO,
+            opening_exponent: R::ONE,
+        }
+    }
 }

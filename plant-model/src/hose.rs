@@ -18,10 +18,9 @@
 //! Left out: waves within the hose, which die out within a few times `l / c`, and the pressure drop across the hose in
 //! what a sensor at the valve would read. Sensors are taken to sit at the cylinder.
 
-use crate::flow::Flow;
+use crate::flow::{Connection, Flow};
 use crate::real::Real;
 use crate::tube::Tube;
-use crate::valve_flow::Connection;
 
 /// Density of air at the reference atmosphere of ISO 8778 (20 °C, 1 bar, 65 % humidity), kg/m3: a sonic conductance in
 /// m3/(s Pa) refers to it.

@@ -33,9 +33,8 @@
 //! which with the valve is `q = G (P + p)/(1 + G/C)`. Both laws meet with equal values and slopes. The line near a pressure ratio of 1
 //! that `choked-flow` needs is left out: behind the valve the slope of `q` is finite.
 
-use crate::flow::Flow;
+use crate::flow::{Connection, Flow};
 use crate::real::Real;
-use crate::valve_flow::Connection;
 
 /// A tube's numbers by ISO 6358.
 #[derive(Clone, Copy, Debug, PartialEq)]

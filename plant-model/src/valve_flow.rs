@@ -2,6 +2,7 @@
 
 use crate::cushion::{self, Cushion};
 pub use crate::effects::choked_flow::{Iso6358, psi};
+pub(crate) use crate::flow::Connection;
 pub use crate::flow::Flow;
 use crate::hose::Resistance;
 use crate::real::Real;
@@ -48,15 +49,6 @@ pub struct Orifices<R> {
     pub hose: Option<Resistance<R>>,
     /// The cushion at the chamber's end; its needle includes the hose.
     pub cushion: Option<Cushion<R>>,
-}
-
-/// What an open orifice of the linear law connects a chamber to: flow is `conductance (pressure - p)` into the chamber.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Connection<R> {
-    /// kg/(s Pa).
-    pub(crate) conductance: R,
-    /// Supply or atmosphere, Pa absolute.
-    pub(crate) pressure_pa: R,
 }
 
 impl<R: Real> Orifices<R> {
@@ -111,20 +103,6 @@ impl<R: Real> Orifices<R> {
         match hose {
             Some(hose) => hose.inflow(&valve, filling, p),
             None => valve.inflow(filling, p),
-        }
-    }
-}
-
-impl<R: Real> Connection<R> {
-    /// Flow into a chamber at pressure `p`.
-    #[inline(always)]
-    pub(crate) fn inflow(&self, filling: bool, p: R) -> Flow<R> {
-        Flow {
-            mass_flow: self.conductance * (self.pressure_pa - p),
-            by_chamber: -self.conductance,
-            by_supply: if filling { self.conductance } else { R::ZERO },
-            by_distance: R::ZERO,
-            opening_exponent: R::ONE,
         }
     }
 }

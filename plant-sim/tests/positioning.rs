@@ -234,13 +234,30 @@ fn wherever_learning_stands_between_its_limits_moves_stay_bounded() {
 #[test]
 fn an_obstacle_is_pushed_with_part_of_the_force_and_the_piston_ends_on_its_target_once_it_gives_way() {
     // What an obstacle of a second met before, and by how far its target was passed then: 99, 59 and 99 %, 360, 255 and 48 mm.
-    for ((name, rig, ..), [most_force, most_m]) in cases().into_iter().zip([[0.75, 0.2], [0.4, 0.15], [0.55, 0.03]]) {
+    for ((name, rig, ..), [most_force, most_m]) in cases().into_iter().zip([[0.75, 0.2], [0.4, 0.15], [0.7, 0.035]]) {
         let target_m = if name == "c" { 0.03 } else { 0.045 };
         for seed in 0..3 {
             let seen = obstructed(&mut bench(rig, Driver::Tick, seed), target_m, 1.0);
             println!("{name}: {seen:?}");
             assert!(seen.force < most_force && seen.after.overshoot_m < most_m, "{name}, seed {seed}: {seen:?}");
             assert!(seen.after.settled_s < 1.5 && seen.after.rest_peak_m < 1e-4, "{name}, seed {seed}: {seen:?}");
+        }
+    }
+}
+
+#[test]
+fn a_piston_of_hardly_any_friction_is_not_taken_for_blocked() {
+    for (name, rig, within_s, _) in cases() {
+        for part in [0.02, 0.2] {
+            let rig = with_friction(&rig, part);
+            for seed in 0..3 {
+                let mut bench = bench(rig, Driver::Tick, seed);
+                for (target_m, within_s) in [(0.045, within_s), (0.046, 0.25), (0.0, within_s), (0.0002, 0.25)] {
+                    let seen = step(&mut bench, target_m, 2000);
+                    println!("{name}, {part}, {target_m}: {seen:?}");
+                    assert!(seen.settled_s < within_s, "{name}, {part} of the friction, {target_m} m: {seen:?}");
+                }
+            }
         }
     }
 }

@@ -51,11 +51,11 @@ impl Stall {
         }
     }
 
-    /// Whether more is applied than friction takes for half the time in which the piston counts as blocked: that teaches nothing about
+    /// Whether more is applied than friction takes for a quarter of the time in which the piston counts as blocked: that teaches nothing about
     /// friction and load. A piston that is free but slow to set out has moved by then.
     #[inline]
     pub(crate) fn suspected(&self, limits: &StallLimits) -> bool {
-        self.ticks > limits.ticks / 2
+        self.ticks > limits.ticks / 4
     }
 
     /// Rate of force while the piston is blocked on the way to its target; `None` while it is free.

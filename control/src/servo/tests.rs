@@ -368,7 +368,7 @@ fn a_blocked_piston_is_told_by_its_force_and_pushed_on_slowly_until_it_moves() {
         stall.see(metres(0.0101), force(2.9 * friction), limits);
         assert!(!stall.suspected(limits) && stall.rate(metres(0.02), force(2.9 * friction), limits).is_none());
     }
-    for n in 0..15 {
+    for n in 0..30 {
         assert!(stall.rate(metres(0.02), force(5.0 * friction), limits).is_none(), "after {n} ms");
         stall.see(metres(0.0101), force(5.0 * friction), limits);
     }

@@ -151,11 +151,11 @@ const STICK_FORCE: f64 = 1.0 / 1.5;
 /// hundredths.
 const STANDS_M: f64 = 0.2e-3;
 /// Stall: time with more force than friction takes until the piston counts as blocked, s. At full flow (c), the quickest of the paper's
-/// cylinders, takes 12 ms from breaking away to [`STANDS_M`]. With 30 ms an obstacle that gives way half a second later lets (c) pass its
-/// target by 8 instead of 2 mm, and (a) as far as with 15 ms.
-const STALL_S: f64 = 15e-3;
+/// cylinders, takes 12 ms from breaking away to [`STANDS_M`]. With 15 ms an obstacle that gives way half a second later lets (c) pass its
+/// target by 5 instead of 19 mm, but a piston of little friction is taken for blocked where it turns round.
+const STALL_S: f64 = 30e-3;
 /// Stall: time in which the force would grow to all that the supply gives, s. With 2.5, 5, 10 and 17 s an obstacle that gives way after a
-/// second lets (a) pass its target by 190, 135, 99 and 78 mm; three times the friction that the rig file says is overcome as slowly.
+/// second lets (a) pass its target by 193, 124, 107 and 81 mm; three times the friction that the rig file says is overcome as slowly.
 const STALL_GROWTH_S: f64 = 5.0;
 /// Observer: time after a run begins within which the piston still stands, s: delay and lag, and the time in which the force of the
 /// wide open valve reaches the friction. 4 and 16 ms do, too; without it one of 400 moves of 1 mm on (b) takes 0.22 s.
@@ -437,8 +437,9 @@ impl Tuning {
             stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
             stall: StallLimits {
                 stands: exactly(STANDS_M),
-                // From one end of the friction to the other, as large as is ever learned.
-                force: exactly(2.0 * Quantity::Coulomb.parts()[1] * coulomb),
+                // From one end of the friction to the other, and half as much again, or what makes a free piston turn round and leave its
+                // place meanwhile.
+                force: exactly(2.0 * coulomb + coulomb.max(8.0 * STANDS_M / (STALL_S * STALL_S))),
                 ticks: ticks(STALL_S),
                 growth: exactly(
                     per_mass[0] * f64::from(p.servo_supply_pa - p.servo_atmosphere_pa).max(0.0) * t / STALL_GROWTH_S,

@@ -27,7 +27,7 @@ const LAG_RATE: f64 = 5.0;
 const TURNING: f64 = 100.0;
 
 /// Lowest and highest value ever learned.
-pub(super) fn limits(quantity: Quantity, nominal: f64) -> [f64; 2] {
+fn limits(quantity: Quantity, nominal: f64) -> [f64; 2] {
     quantity.limits().map_or([f64::NEG_INFINITY, f64::INFINITY], |limits| limits.map(|part| part * nominal))
 }
 

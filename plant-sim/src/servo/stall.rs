@@ -33,11 +33,11 @@ impl Stall {
         }
     }
 
-    /// Whether more force is applied than friction takes for half the time in which the piston counts as blocked. A piston that is free
+    /// Whether more force is applied than friction takes for a quarter of the time in which the piston counts as blocked. A piston that is free
     /// but slow to set out has moved by then.
     #[must_use]
     pub fn suspected(&self, tuning: &Tuning) -> bool {
-        self.ticks > tuning.stall_ticks / 2
+        self.ticks > tuning.stall_ticks / 4
     }
 
     /// Rate of force, N/s, while the piston is blocked on the way to its target.

@@ -1,8 +1,6 @@
 //! One rule from the rig's nominal numbers to every constant of the law.
 
-use super::learning;
 use super::reference::Limits;
-use control::Quantity;
 use plant_model::Rig;
 use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
 
@@ -174,9 +172,11 @@ impl Tuning {
             stick_ticks: (10e-3 / tick_s) as u32,
             stick_gain: if stick_slip { 3.0 } else { 2.0 },
             stick_force_rate: law_w / 1.5,
-            // From one end of the friction to the other, both as large as is ever learned.
-            stall_force: 2.0 * learning::limits(Quantity::Coulomb, friction.coulomb_n)[1],
-            stall_ticks: (15e-3 / tick_s) as u32,
+            // From one end of the friction to the other, and half as much again, or what makes a free piston turn round
+            // and leave its place meanwhile.
+            stall_force: 2.0 * friction.coulomb_n
+                + friction.coulomb_n.max(rig.load.mass_kg * 8.0 * 0.2e-3 / (30e-3 * 30e-3)),
+            stall_ticks: (30e-3 / tick_s) as u32,
             stall_rate: area_a * (supply - atmosphere) / 5.0,
             hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
             braking: 0.25 * acceleration,
