@@ -4,7 +4,9 @@
 use super::tuning::Tuning;
 
 /// A piston that has moved by less stands, m: the seal gives by up to 0.1 mm before it slides, and the rest is noise.
-const STANDS_M: f64 = 0.2e-3;
+pub(super) const STANDS_M: f64 = 0.2e-3;
+/// Time with more force than friction takes until it counts as blocked, s.
+pub(super) const STALL_S: f64 = 30e-3;
 
 /// Tells a piston that does not follow its force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

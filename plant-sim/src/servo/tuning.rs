@@ -1,6 +1,7 @@
 //! One rule from the rig's nominal numbers to every constant of the law.
 
 use super::reference::Limits;
+use super::stall::{STALL_S, STANDS_M};
 use plant_model::Rig;
 use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
 
@@ -175,8 +176,8 @@ impl Tuning {
             // From one end of the friction to the other, and half as much again, or what makes a free piston turn round
             // and leave its place meanwhile.
             stall_force: 2.0 * friction.coulomb_n
-                + friction.coulomb_n.max(rig.load.mass_kg * 8.0 * 0.2e-3 / (30e-3 * 30e-3)),
-            stall_ticks: (30e-3 / tick_s) as u32,
+                + friction.coulomb_n.max(rig.load.mass_kg * 8.0 * STANDS_M / (STALL_S * STALL_S)),
+            stall_ticks: (STALL_S / tick_s) as u32,
             stall_rate: area_a * (supply - atmosphere) / 5.0,
             hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
             braking: 0.25 * acceleration,
