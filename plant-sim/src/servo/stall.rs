@@ -1,12 +1,7 @@
 //! Stall: the piston stands against something, and the force grows. It grows slowly then, because an obstacle that gives way lets go of
 //! all the force at once, while a load that is only unknown yet is lifted a little later.
 
-use super::tuning::Tuning;
-
-/// A piston that has moved by less stands, m: the seal gives by up to 0.1 mm before it slides, and the rest is noise.
-pub(super) const STANDS_M: f64 = 0.2e-3;
-/// Time with more force than friction takes until it counts as blocked, s.
-pub(super) const STALL_S: f64 = 30e-3;
+use super::tuning::{STANDS_M, Tuning};
 
 /// Tells a piston that does not follow its force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

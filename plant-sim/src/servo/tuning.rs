@@ -1,9 +1,13 @@
 //! One rule from the rig's nominal numbers to every constant of the law.
 
 use super::reference::Limits;
-use super::stall::{STALL_S, STANDS_M};
 use plant_model::Rig;
 use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
+
+/// A piston that has moved by less stands, m: the seal gives by up to 0.1 mm before it slides, and the rest is noise.
+pub(super) const STANDS_M: f64 = 0.2e-3;
+/// Time with more force than friction takes until it counts as blocked, s.
+const STALL_S: f64 = 30e-3;
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
