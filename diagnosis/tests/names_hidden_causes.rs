@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rig_files::{Column, Log, RigFile, Verdict};
 use synthesis::blind::{Class, Nominal, Plan, plans};
-use synthesis::{Case, Cause, Chain, Family, Law, Stated};
+use synthesis::{Case, Cause, Chain, Family, Foreign, Law, Stated};
 use test_stages::{of, runs_long};
 
 fn cases(class: Class, nominal: Nominal, count: usize) -> Vec<(Plan, RigFile, Log, Vec<String>)> {
@@ -213,4 +213,44 @@ fn gain_and_offset_of_one_sensor_are_named_beside_a_friction_along_the_stroke() 
     let mut named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
     named.sort_unstable();
     assert_eq!(named, ["friction-position", "pressure-b-gain", "pressure-b-offset"], "{:?}", found.leads);
+}
+
+/// A spool that moves at a limited rate leaves both chambers' balances wide open, and nothing in the catalogue explains it. What the
+/// search for it takes must not cost the name of what the force balance shows.
+#[test]
+fn a_cause_whose_balance_is_closed_is_named_beside_others_that_stay_wide_open() {
+    if !runs_long("a payload beside a spool of limited rate") {
+        return;
+    }
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsbc-32-200.toml");
+    let sheet = RigFile::read(&file).expect("a shipped rig");
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+    let mut chain = Chain::standard(sheet.io.position_range_m);
+    chain.pressure.0 = sheet.io.pressure_range_pa;
+    chain.columns.push(Column::PSup);
+    let lag_s = sheet.effects.get(Effect::ValveLag).map_or(0.0, |values| values[0]);
+    let play_v = sheet.effects.get(Effect::ValveHysteresis).map_or(0.0, |values| values[0]);
+    let case = Case {
+        truth: sheet.rig,
+        causes: vec![
+            Cause::Catalogue(Effect::ValveLag, [lag_s, 0.0, 0.0]),
+            Cause::Catalogue(Effect::ValveHysteresis, [play_v, 0.0, 0.0]),
+            Cause::Catalogue(Effect::PayloadMass, [1.4 * sheet.rig.load.mass_kg, 0.0, 0.0]),
+            Cause::Foreign(Foreign::SpoolSlew, [80.0, 0.0]),
+        ],
+        experiment: Family::Mixed.draw(&sheet.rig, 20.0, &mut rng),
+        law: Law::for_rig(&sheet.rig, 1.2),
+        chain,
+        seed: 12,
+        rig_file: sheet,
+    };
+    let found = found(&case.rig_file, &case.record().0);
+    let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+    assert_eq!(
+        (named, found.verdict),
+        (vec!["payload-mass"], Verdict::PartlyExplained),
+        "{:?} {:?}",
+        found.leads,
+        found.balances
+    );
 }

@@ -3,7 +3,7 @@
 use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image};
-use super::penalty::{cost_before_pruning, open, out_of_reach, penalised_cost};
+use super::penalty::{cost_before_pruning, near_noise, open, out_of_reach, penalised_cost};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -80,14 +80,16 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
         let mut exchanged = None;
         for place in order {
             let Some(without) = without[place].clone() else { continue };
+            // A cause whose own balances are closed can be named while others stay wide open: what those took counts for nothing.
+            let nameable = out_of_reach(problem, &best) && near_noise(problem, &best, effects[place]);
             // Where too much is spent only the image of a cause is looked at; other ties that its file does not state stay untold.
-            let found = if given_up(problem, &best) {
+            let found = if nameable || !exhausted(problem, &best) {
+                alternatives(problem, &best, effects[place], without, memory)
+            } else if given_up(problem, &best) {
                 Alternatives { without, instead: Vec::new(), searched: false }
-            } else if exhausted(problem, &best) {
+            } else {
                 let instead = fit_image(problem, &best, effects[place]).into_iter().collect();
                 Alternatives { without, instead, searched: false }
-            } else {
-                alternatives(problem, &best, effects[place], without, memory)
             };
             exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
             all[place] = Some(found);

@@ -147,6 +147,12 @@ pub(crate) fn open_chambers(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, chambers, constants::open(), |channel| fit.channel_cost[channel as usize])
 }
 
+/// Whether a fit leaves all balances that an effect acts on near white noise.
+pub(crate) fn near_noise(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> bool {
+    let channels = effects::channels(effect);
+    !any_beyond(problem, channels, constants::open(), |channel| fit.channel_cost[channel as usize])
+}
+
 /// Whether a fit leaves a balance that noise alone does not explain.
 pub(crate) fn beyond_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, problem.judgeable, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
