@@ -8,7 +8,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::parameter::{Parameter, ParameterError};
 
 /// Version of this protocol: raised whenever a message changes its meaning or layout. Both sides must agree.
-pub const PROTOCOL_VERSION: u8 = 8;
+pub const PROTOCOL_VERSION: u8 = 9;
 
 /// One request of the desktop. The version stands first and is one byte, so that any version can read it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

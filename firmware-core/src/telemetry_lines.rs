@@ -90,9 +90,10 @@ pub fn send(record: &Record, lost: u32) {
 
 /// Sends what the positioning law has learned up to `tick`, once a second or so.
 pub fn send_learned(learned: &Learned, tick: u32, tick_hz: u32) {
-    let [flow_right, flow_left, zone_right, zone_left, lag, coulomb, viscous, mass, load] = learned.values(tick_hz);
+    let [flow_right, flow_left, zone_right, zone_left, lag, coulomb, viscous, mass, load, bandwidth] =
+        learned.values(tick_hz);
     defmt::info!(
-        "learned tick={=u32} flow_right={=f32} flow_left={=f32} dead_zone_right_v={=f32} dead_zone_left_v={=f32} lag_s={=f32} coulomb_m_per_s2={=f32} viscous_per_s={=f32} mass={=f32} load_m_per_s2={=f32}",
+        "learned tick={=u32} flow_right={=f32} flow_left={=f32} dead_zone_right_v={=f32} dead_zone_left_v={=f32} lag_s={=f32} coulomb_m_per_s2={=f32} viscous_per_s={=f32} mass={=f32} load_m_per_s2={=f32} bandwidth={=f32}",
         tick,
         flow_right,
         flow_left,
@@ -103,5 +104,6 @@ pub fn send_learned(learned: &Learned, tick: u32, tick_hz: u32) {
         viscous,
         mass,
         load,
+        bandwidth,
     );
 }

@@ -1,7 +1,7 @@
 //! The table of positioning goals, measured with the law in f64 on the simulated rig:
 //! `cargo run --release -p plant-sim --example positioning [abc] [tick] [draws=200] [first=0] [moves=0]
 //! [streams=0] [loads=0] [ends=0] [obstacles=0] [sines=0] [sine_hz=0.5]
-//! [sent_ms=0] [sent_um=0] [sent_noise_um=0] [noise=1] [friction=1] [stiff=1] [draws_mm=45] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
+//! [sent_ms=0] [sent_um=0] [sent_noise_um=0] [noise=1] [friction=1] [stiff=1] [valve_ms=0] [pressures_ms=0] [draws_mm=45] [hz=1000] [lost=0] [trace=45] [NAME=VALUE …]`. Constants were chosen on the first 20 seeds and 200 draws; `first=1000` measures on others.
 //!
 //! Set-up: valve lag 1.7 ms, dead zone ±0.42 V, noise of a code 20 um and 400 Pa, 16-bit codes over the stroke, 12-bit
 //! DAC over ±5 V, 1 kHz, output one tick late.
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 const LAG_S: f64 = 1.7e-3;
 const ZONE_V: f64 = 0.42;
 /// What can be given: the study, then constants of the law, most as a factor.
-const NAMES: &str = "seeds draws draws_mm first noise friction stiff bs hz lost moves loads ends obstacles streams sines sine_hz sent_ms sent_um sent_noise_um list trace seed drawn ticks every \
+const NAMES: &str = "seeds draws draws_mm first noise friction stiff valve_ms pressures_ms bs hz lost moves loads ends obstacles streams sines sine_hz sent_ms sent_um sent_noise_um list trace seed drawn ticks every \
                      w wo J A V fr blend sg sf sv st he hl hs hf hb hm jt fc0 ul lg lz lf sr sm sn";
 
 fn nominal(case: char) -> (Rig<f64>, f64) {
@@ -96,7 +96,8 @@ fn main() {
             *rate = value(name).unwrap_or(*rate);
         }
         let on = |drawn: bool, seed: u64| {
-            let bench = bench(&rig, &actual, tuning, drawn, noise, seed, lost);
+            let late = ["valve_ms", "pressures_ms"].map(|name| 1e-3 * value(name).unwrap_or(0.0));
+            let bench = bench(&rig, &actual, tuning, drawn, noise, seed, lost).late(late[0], late[1]);
             if in_tick { bench.with_tick(Driver::Tick) } else { bench }
         };
         let ticks = (2.5 / tick_s) as u32;

@@ -35,6 +35,7 @@ pub fn comparison<'r>(runs: impl IntoIterator<Item = (&'r str, &'r LearnedValues
         Quantity::Viscous => "viscous",
         Quantity::Mass => "mass",
         Quantity::Load => "load, m/s²",
+        Quantity::Bandwidth => "bandwidth",
     });
     let mut table = Table::new(std::iter::once("learned, over nominal").chain(names));
     let limits = Quantity::ALL

@@ -191,6 +191,22 @@ fn a_limit_cycle_from_too_much_friction_is_unlearned() {
 }
 
 #[test]
+fn a_rig_that_answers_later_than_its_file_says_is_slowed_down_until_its_piston_rests() {
+    let (_, rig, ..) = cases()[2];
+    // Hoses of 1 m, and pressure sensors with a filter of 40 Hz. Before, the piston swung for good.
+    for (valve_s, pressures_s) in [(3.0e-3, 0.0), (0.0, 4.0e-3)] {
+        for driver in [Driver::Reference, Driver::Tick] {
+            for seed in 0..4 {
+                let seen = step(&mut bench(rig, driver, seed).late(valve_s, pressures_s), 0.03, 3500);
+                let of = format!("{valve_s} s, {pressures_s} s, {driver:?}, seed {seed}: {seen:?}");
+                println!("{of}");
+                assert!(seen.settled_s < 2.0 && seen.changes == 0, "{of}");
+            }
+        }
+    }
+}
+
+#[test]
 fn wherever_learning_stands_between_its_limits_moves_stay_bounded() {
     let limited: Vec<_> =
         Quantity::ALL.into_iter().filter_map(|quantity| Some((quantity, quantity.limits()?))).collect();

@@ -1,5 +1,6 @@
 //! Hold: a silent valve once the piston rests on its target.
 
+use super::cycle::Cycle;
 use super::factor::{Factor, Share};
 use super::{Acceleration, Caution, Jerk};
 use crate::quantities::{Position, Velocity};
@@ -70,33 +71,6 @@ pub struct Means {
     pub v: Velocity,
     /// Force of the chambers, per moving mass.
     pub force: Acceleration,
-}
-
-/// Tells a limit cycle: the piston passes a standing target again and again. Friction that is compensated in excess of what there
-/// is does that.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Cycle {
-    /// On which side of the target the piston was last: the sign of its error.
-    side: i8,
-    /// How often it has passed the target since the target stands.
-    passes: u8,
-    /// Whether it has in this tick.
-    passed: bool,
-}
-
-impl Cycle {
-    #[inline]
-    fn see(&mut self, resting: bool, error: Position, limit: Position) {
-        self.passed = false;
-        if !resting {
-            *self = Self::default();
-        } else if error.saturating_abs() > limit {
-            let side = if error > 0 { 1 } else { -1 };
-            self.passed = side == -self.side;
-            self.passes = self.passes.saturating_add(self.passed.into());
-            self.side = side;
-        }
-    }
 }
 
 /// Whether the valve is held in the middle of its dead zone.
@@ -172,11 +146,11 @@ impl Hold {
         self.on
     }
 
-    /// Whether the piston has passed a standing target once more, after it had passed it already: an overshoot is no cycle. Said
-    /// once, also if no tick of the law follows.
+    /// Whether the piston has passed a standing target once more while the reference rested there: friction compensated in excess of what
+    /// there is does that. An overshoot is no cycle.
     #[inline]
     pub(crate) fn take_pass(&mut self) -> bool {
-        core::mem::take(&mut self.cycle.passed) && self.cycle.passes > 1
+        self.cycle.take_pass(1)
     }
 
     /// A change of the mean force that counts: the limit, or more where the noise of the force alone could pass it.

@@ -6,7 +6,7 @@ use super::friction::FrictionAhead;
 use super::hold::Means;
 use super::reference::Motion;
 use super::stick::{LeadGains, Stick};
-use super::{Acceleration, Angle, Jerk, ServoState, Tuning};
+use super::{Acceleration, Angle, Jerk, Ratio, ServoState, Tuning};
 use crate::arithmetic::{limit, product, saturate};
 use crate::quantities::{Position, Velocity, Voltage};
 use fixed::types::I6F26;
@@ -22,6 +22,15 @@ pub(crate) struct LawGains {
     pub(crate) y: Factor<Position, Jerk>,
     /// While the piston sticks.
     pub(crate) lead: LeadGains,
+}
+
+/// The jerk of position, velocity and acceleration, each by the gain of the full bandwidth, at a part of it: of `w³`, `w²` and `w`.
+#[inline]
+pub(super) fn feedback(full: [i64; 3], bandwidth: Ratio) -> i64 {
+    full.into_iter().fold(0, |sum, jerk| {
+        let all = Jerk::from_bits(saturate(sum + jerk));
+        i64::from(product::<_, _, Jerk>(all, bandwidth).to_bits())
+    })
 }
 
 /// The angle that gives a rate of force, as far as the valve goes.
@@ -57,6 +66,8 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let now = Means { error, v, force: estimate.force };
     let frictions = (estimate.disturbance, state.body.coulomb);
     let holds = state.hold.decide(target, resting, now, frictions, (&tuning.hold, caution));
+    state.stays = standing && target.saturating_sub(state.target).saturating_abs() <= tuning.hold.target;
+    state.target = target;
     state.approaches = standing && !holds && !tuning.stick.sticks(&state.hold.mean, caution);
     if holds {
         state.stick = Stick::default();
@@ -89,14 +100,14 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns. One
     // that leaves the limits free does not.
-    let part = state.valve.part_of_limits();
+    let part = product(state.valve.part_of_limits(), state.bandwidth);
     let free = followed.used <= product::<_, _, I6F26>(part, tuning.stream.followed_part);
     let part = if standing || free { part } else { I6F26::ONE };
     let jerk_r = reference.jerk_towards(&followed, &tuning.limits, part);
-    let jerk = i64::from(jerk_r.to_bits())
-        + gains.a.wide(reference.a.saturating_sub(estimate.a))
-        + gains.v.wide(reference.v.saturating_sub(estimate.v))
-        + gains.y.wide(reference.position().saturating_sub(estimate.y));
+    let by_y = gains.y.wide(reference.position().saturating_sub(estimate.y));
+    let by_v = gains.v.wide(reference.v.saturating_sub(estimate.v));
+    let by_a = gains.a.wide(reference.a.saturating_sub(estimate.a));
+    let jerk = i64::from(jerk_r.to_bits()) + feedback([by_y, by_v, by_a], state.bandwidth);
     let by_motion: Jerk = product(air.stiffness, estimate.v.saturating_add(tuning.lead.of(reference.a)));
     let mass = state.body.mass;
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);

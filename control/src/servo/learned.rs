@@ -28,6 +28,8 @@ pub enum Quantity {
     Mass = 7,
     /// Constant force from outside along +y per nominal moving mass, m/s2: weight, rod, and what the rig file does not know.
     Load = 8,
+    /// Bandwidth of the law over that of its parameters: less where the rig lets it cycle.
+    Bandwidth = 9,
 }
 
 /// How many quantities are learned.
@@ -80,7 +82,7 @@ pub const MEASURED_AGAINST: [Key; 38] = [
 
 impl Quantity {
     /// Every quantity, in the order of their numbers.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::FlowRight,
         Self::FlowLeft,
         Self::ZoneRight,
@@ -90,6 +92,7 @@ impl Quantity {
         Self::Viscous,
         Self::Mass,
         Self::Load,
+        Self::Bandwidth,
     ];
 
     /// The number in flash.
@@ -111,7 +114,14 @@ impl Quantity {
             Self::Viscous => "viscous_per_s",
             Self::Mass => "mass",
             Self::Load => "load_m_per_s2",
+            Self::Bandwidth => "bandwidth",
         }
+    }
+
+    /// Whether firmware has kept and told values without it.
+    #[must_use]
+    pub const fn is_newer(self) -> bool {
+        matches!(self, Self::Load | Self::Bandwidth)
     }
 
     /// Lowest and highest value ever learned, over the nominal one. `None` for the load, which may be whatever the supply can hold.
@@ -132,6 +142,7 @@ impl Quantity {
             Self::Lag => [0.25, 3.5],
             Self::Coulomb | Self::Viscous => [0.3, 1.5],
             Self::Mass => [0.6, 1.5],
+            Self::Bandwidth => [0.55, 1.0],
         }
     }
 
@@ -144,7 +155,7 @@ impl Quantity {
     /// What the last bit of the tick's number stands for, in the quantity's unit.
     fn resolution(self, tick_hz: f64) -> f64 {
         let bits = match self {
-            Self::FlowRight | Self::FlowLeft | Self::Mass => Ratio::FRAC_NBITS,
+            Self::FlowRight | Self::FlowLeft | Self::Mass | Self::Bandwidth => Ratio::FRAC_NBITS,
             Self::ZoneRight | Self::ZoneLeft => Voltage::FRAC_NBITS,
             Self::Lag => return 1.0 / ((1_u32 << Ticks::FRAC_NBITS) as f64 * tick_hz),
             Self::Coulomb | Self::Load => Acceleration::FRAC_NBITS,
@@ -163,7 +174,7 @@ pub struct Learned {
 
 impl Learned {
     #[inline]
-    pub(super) fn of(valve: &ValveModel, body: &Body, lag: Ticks, load: Acceleration) -> Self {
+    pub(super) fn of(valve: &ValveModel, body: &Body, lag: Ticks, load: Acceleration, bandwidth: Ratio) -> Self {
         let ([flow_right, flow_left], [zone_right, zone_left]) = (valve.gains, valve.zones);
         Self {
             bits: [
@@ -176,13 +187,14 @@ impl Learned {
                 body.viscous.to_bits(),
                 body.mass.to_bits(),
                 load.to_bits(),
+                bandwidth.to_bits(),
             ],
         }
     }
 
     #[inline]
-    pub(super) fn parts(&self) -> (ValveModel, Body, Ticks, Acceleration) {
-        let [flow_right, flow_left, zone_right, zone_left, lag, coulomb, viscous, mass, load] = self.bits;
+    pub(super) fn parts(&self) -> (ValveModel, Body, Ticks, Acceleration, Ratio) {
+        let [flow_right, flow_left, zone_right, zone_left, lag, coulomb, viscous, mass, load, bandwidth] = self.bits;
         let valve = ValveModel {
             gains: [Ratio::from_bits(flow_right), Ratio::from_bits(flow_left)],
             zones: [Voltage::from_bits(zone_right), Voltage::from_bits(zone_left)],
@@ -192,7 +204,7 @@ impl Learned {
             viscous: Damping::from_bits(viscous),
             mass: Ratio::from_bits(mass),
         };
-        (valve, body, Ticks::from_bits(lag), Acceleration::from_bits(load))
+        (valve, body, Ticks::from_bits(lag), Acceleration::from_bits(load), Ratio::from_bits(bandwidth))
     }
 
     /// In the quantities' units, for a tick of `tick_hz` 1/s. Not for the tick: it uses floats.

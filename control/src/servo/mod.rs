@@ -27,6 +27,7 @@
 
 mod air;
 mod angle;
+mod cycle;
 mod delay;
 mod equalise;
 mod factor;
@@ -47,6 +48,7 @@ mod tuning;
 use crate::arithmetic::{limit, multiply};
 use crate::quantities::{Position, Pressure, Voltage};
 use air::Air;
+use cycle::Cycle;
 use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
@@ -153,11 +155,17 @@ pub struct ServoState {
     pub body: Body,
     /// Lag of the spool as learned.
     pub lag: Lag,
+    /// Bandwidth of the law, over that of its parameters.
+    pub bandwidth: Ratio,
     /// Hold.
     pub hold: Hold,
     stream: Stream,
     stick: Stick,
     stall: Stall,
+    swings: Cycle,
+    /// The target in the last tick, and whether it is still the same.
+    target: Position,
+    stays: bool,
     friction_ahead: FrictionAhead,
     noise: Micrometres,
     acting: Voltage,
@@ -203,8 +211,9 @@ impl ServoState {
             valve: self.valve,
             body: self.body,
             lag: Lag::of(self.lag.ticks),
+            bandwidth: self.bandwidth,
             learned: true,
-            begun: Learned::of(&self.valve, &self.body, self.lag.ticks, load),
+            begun: Learned::of(&self.valve, &self.body, self.lag.ticks, load, self.bandwidth),
             ..Self::default()
         };
     }
@@ -219,8 +228,9 @@ impl ServoState {
     /// Takes learned values.
     #[inline]
     fn take(&mut self, learned: &Learned) {
-        let (valve, body, lag, load) = learned.parts();
+        let (valve, body, lag, load, bandwidth) = learned.parts();
         (self.valve, self.body, self.lag, self.estimate.load) = (valve, body, Lag::of(lag), load);
+        self.bandwidth = bandwidth;
     }
 
     /// Whether anything was learned since power-on: whether the law has run.
@@ -236,7 +246,7 @@ impl Tuning {
     #[inline]
     pub(crate) fn learned(&self, state: &ServoState) -> Learned {
         if state.learned {
-            Learned::of(&state.valve, &state.body, state.lag.ticks, state.estimate.load)
+            Learned::of(&state.valve, &state.body, state.lag.ticks, state.estimate.load, state.bandwidth)
         } else {
             self.start
         }
@@ -323,6 +333,10 @@ impl Tuning {
         state.stall.see(state.estimate.y, state.estimate.force, &self.stall);
         if state.hold.take_pass() {
             learning::unlearn_friction(&mut state.body, &self.learning);
+        }
+        state.swings.see(state.stays, state.hold.mean.error, self.caution(state.noise).of(self.hold.leave));
+        if state.swings.take_pass(learning::MOST_SWINGS) {
+            learning::slow_down(&mut state.bandwidth, &self.learning);
         }
         let Some(Shown { force, opening, air }) = state.shown.take() else { return };
         // A wrong rate of force stands as an innovation of that rate over the correction's.

@@ -267,7 +267,7 @@ fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expec
     let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
     let rest = tuning.chambers.rest;
     let air = tuning.chambers.air(Position::ZERO, [rest[0], rest[1], tuning.chambers.nominal_supply]);
-    let (_, body, lag, _) = tuning.start.parts();
+    let (_, body, lag, ..) = tuning.start.parts();
     for tick in 0..400 {
         estimate.correct(metres(0.1e-3 * f64::from(tick)), Some(Acceleration::ZERO), &tuning.observer);
         let valve = (&tuning.valve, &valve);
@@ -357,6 +357,42 @@ fn friction_is_unlearned_each_time_that_the_target_is_passed_again_and_never_twi
 }
 
 #[test]
+fn a_piston_that_goes_on_swinging_about_a_standing_target_gives_up_bandwidth_down_to_its_least() {
+    let tuning = tuning();
+    let mut state = ServoState { bandwidth: Ratio::ONE, ..ServoState::default() };
+    let mut pass = |counts: bool, side: f64| {
+        for _ in 0..3 {
+            (state.stays, state.hold.mean.error) = (counts, metres(side * 3e-4));
+            tuning.learn(&mut state);
+            // A loop that has left its run goes on concluding its ticks.
+            tuning.learn(&mut state);
+        }
+        value(state.bandwidth)
+    };
+    let swing = |pass: &mut dyn FnMut(bool, f64) -> f64, often: u32| {
+        (0..often).map(|k| pass(true, if k % 2 == 0 { 1.0 } else { -1.0 })).last().expect("a swing")
+    };
+    // The first time on a side is no pass.
+    assert_eq!(swing(&mut pass, 9), 1.0);
+    pass(false, 1.0);
+    assert_eq!(swing(&mut pass, 9), 1.0, "another target is not the same swing");
+    assert!((pass(true, -1.0) - 0.9).abs() < 1e-6);
+    assert!((pass(true, 1.0) - 0.81).abs() < 1e-6);
+    assert!((pass(true, 1.0) - 0.81).abs() < 1e-6, "no pass");
+    let [least, _] = Quantity::Bandwidth.parts();
+    assert!((swing(&mut pass, 40) - least).abs() < 1e-6, "the least");
+}
+
+#[test]
+fn less_bandwidth_takes_its_cube_of_the_position_its_square_of_the_velocity_and_itself_of_the_acceleration() {
+    let full = [800_000, -90_000, 7_000];
+    assert_eq!(law::feedback(full, Ratio::ONE), 717_000);
+    let half = law::feedback(full, Ratio::from_num(0.5));
+    assert!((half - (100_000 - 22_500 + 3_500)).abs() <= 2, "{half}");
+    assert_eq!(law::feedback([i64::MAX / 2, 0, 0], Ratio::ONE), i64::from(i32::MAX), "saturates");
+}
+
+#[test]
 fn a_blocked_piston_is_told_by_its_force_and_pushed_on_slowly_until_it_moves() {
     let tuning = tuning();
     let limits = &tuning.stall;
@@ -395,7 +431,7 @@ fn bristles_stiffer_than_the_format_hold_no_more_than_the_coulomb_friction() {
     for stiffness in [1.0e7, 3.0e8, 1.0e9] {
         let p = Parameters { law: LawChoice::Servo, servo_bristle_per_s2: stiffness, ..Parameters::default() };
         let tuning = Config::from_parameters(&p).expect("valid").servo.expect("the positioning law");
-        let (_, body, lag, _) = tuning.start.parts();
+        let (_, body, lag, ..) = tuning.start.parts();
         let air = tuning.chambers.air(Position::ZERO, [tuning.chambers.rest[0]; 3]);
         let mut estimate = Estimate::default();
         for tick in 0..2000_u32 {
@@ -691,7 +727,7 @@ fn what_was_learned_is_begun_with_again_within_its_limits_and_nothing_else_is() 
             (high * 0.999, true),
             (high * 1.001, false),
             // What kept values lack is nominal where it was not learned once.
-            (f32::NAN, quantity == Quantity::Load),
+            (f32::NAN, quantity.is_newer()),
             (f32::INFINITY, false),
         ] {
             let before = tuning.start;

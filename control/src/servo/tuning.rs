@@ -10,7 +10,7 @@ use super::hold::{HoldLimits, Weights};
 use super::inversion::{Valve, ValveModel};
 use super::law::LawGains;
 use super::learned::{Learned, Quantities, Quantity};
-use super::learning::{GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
+use super::learning::{BANDWIDTH_BOUNDS, GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
 use super::observer::{Body, ObserverGains};
 use super::opening::{OPENING_KNOTS, OPENING_STEP_V, Opening};
 use super::reference::{CALM_JERK, Limits};
@@ -364,6 +364,7 @@ impl Tuning {
                 slowly: Share::new(SLOW_LEARN * t),
                 slips: p.servo_stick_slip,
                 unlearn: Share::new(UNLEARN),
+                slow_down: Share::new(UNLEARN),
                 coulomb_bounds: Quantity::Coulomb.parts().map(|bound| exactly(bound * coulomb)),
             },
             valve,
@@ -457,6 +458,7 @@ impl Tuning {
                 &Body { coulomb: exactly(coulomb_start * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
                 exactly(lag * hz),
                 rest_force.saturating_neg(),
+                Ratio::ONE,
             ),
             delay_ticks,
             lead: Factor::new(f64::from(p.servo_lead_s)),
@@ -473,7 +475,7 @@ impl Tuning {
         let LearningRates { coulomb, viscous, .. } = self.learning;
         let valve = ValveModel { zones: self.valve.zones, gains: [Ratio::ONE; 2] };
         let load = self.chambers.rest_force().saturating_neg();
-        Learned::of(&valve, &Body { coulomb, viscous, mass: Ratio::ONE }, self.lag, load)
+        Learned::of(&valve, &Body { coulomb, viscous, mass: Ratio::ONE }, self.lag, load, Ratio::ONE)
     }
 
     /// The limits that learning keeps to: lowest and highest values.
@@ -491,6 +493,7 @@ impl Tuning {
             viscous_bounds.map(Damping::to_bits),
             mass,
             load_bounds.map(Acceleration::to_bits),
+            BANDWIDTH_BOUNDS.map(Ratio::to_bits),
         ];
         [Learned { bits: ends.map(|[least, _]| least) }, Learned { bits: ends.map(|[_, most]| most) }]
     }
@@ -502,10 +505,12 @@ impl Tuning {
     pub(crate) fn start_from(&mut self, values: &Quantities, tick_hz: u32) -> Result<(), Quantity> {
         let [least, most] = self.limits();
         let mut values = *values;
-        // Kept by a firmware that did not learn it.
-        let load = &mut values[usize::from(Quantity::Load.number())];
-        if load.is_nan() {
-            *load = self.nominal().values(tick_hz)[usize::from(Quantity::Load.number())];
+        let nominal = self.nominal().values(tick_hz);
+        for quantity in Quantity::ALL.into_iter().filter(|quantity| quantity.is_newer()) {
+            let place = usize::from(quantity.number());
+            if values[place].is_nan() {
+                values[place] = nominal[place];
+            }
         }
         self.start = Learned::between(&values, [&least, &most], tick_hz)?;
         Ok(())

@@ -117,6 +117,21 @@ impl Bench {
         self
     }
 
+    /// The same with a valve that acts later than the law knows, and with pressure sensors that follow late, both in s.
+    ///
+    /// # Panics
+    /// The plant refuses a time.
+    #[must_use]
+    pub fn late(mut self, valve_s: f64, pressures_s: f64) -> Self {
+        for (effect, seconds) in [(Effect::LineDelay, valve_s), (Effect::PressureLag, pressures_s)] {
+            if seconds > 0.0 {
+                self.effects = self.effects.with(effect, &[seconds]);
+            }
+        }
+        self.simulator = Simulator::new(&self.rig, &self.effects).expect("a time within its range");
+        self
+    }
+
     /// The same under a constant force in N along +y from outside, of which the law knows nothing and which the pressures balance.
     #[must_use]
     pub fn under(mut self, load_n: f64) -> Self {

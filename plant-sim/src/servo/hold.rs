@@ -1,31 +1,7 @@
 //! Hold: a silent valve once the piston rests on its target.
 
+use super::cycle::Cycle;
 use super::tuning::Tuning;
-
-/// Tells a limit cycle: the piston passes a standing target again and again. Friction that is compensated in excess of what there
-/// is does that.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Cycle {
-    /// On which side of the target the piston was last: the sign of its error.
-    side: f64,
-    /// How often it has passed the target since the target stands.
-    passes: u32,
-    /// Whether it has in this tick.
-    passed: bool,
-}
-
-impl Cycle {
-    fn see(&mut self, resting: bool, error: f64, limit: f64) {
-        self.passed = false;
-        if !resting {
-            *self = Self::default();
-        } else if error.abs() > limit {
-            self.passed = error * self.side < 0.0;
-            self.passes += u32::from(self.passed);
-            self.side = error.signum();
-        }
-    }
-}
 
 /// Whether the valve is held in the middle of its dead zone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -91,10 +67,10 @@ impl Hold {
         self.on
     }
 
-    /// Whether the piston has passed a standing target once more, after it had passed it already: an overshoot is no cycle.
+    /// Whether the piston has passed a standing target once more while the reference rested there: an overshoot is no cycle.
     #[must_use]
     pub fn passed_again(&self) -> bool {
-        self.cycle.passed && self.cycle.passes > 1
+        self.cycle.passed_more_than(1)
     }
 
     /// A change of the mean force that counts, N: `limit`, or more where the noise of the force alone could pass it.

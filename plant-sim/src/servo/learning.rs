@@ -88,6 +88,11 @@ pub fn unlearn_friction(body: &mut Body, tuning: &Tuning) {
     body.coulomb = (body.coulomb * (1.0 - tuning.unlearn)).max(limits(Quantity::Coulomb, tuning.coulomb)[0]);
 }
 
+/// The law's bandwidth, less where a limit cycle goes on: the rig answers later than its file says, by hoses or a sensor's filter.
+pub fn slow_down(bandwidth: &mut f64, tuning: &Tuning) {
+    *bandwidth = (*bandwidth * (1.0 - tuning.unlearn)).max(limits(Quantity::Bandwidth, 1.0)[0]);
+}
+
 /// The load, from what the disturbance of one tick shows `beyond` it, N. Over moves both ways that is the load alone, because friction
 /// changes its sign. What friction would have to leave its bounds for is load at once.
 fn learn_load(load: &mut f64, beyond: f64, friction_is_at_its_end: bool, tuning: &Tuning) {

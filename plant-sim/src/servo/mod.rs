@@ -8,6 +8,7 @@
 
 pub mod air;
 pub mod bench;
+pub mod cycle;
 pub mod friction;
 pub mod hold;
 pub mod inversion;
@@ -22,6 +23,8 @@ pub mod trials;
 pub mod tuning;
 
 use air::Air;
+use control::servo::learning::MOST_SWINGS;
+use cycle::Cycle;
 use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
@@ -84,9 +87,14 @@ pub struct Servo {
     pub hold: Hold,
     /// Lag of the spool as learned.
     pub lag: Lag,
+    /// Bandwidth of the law, over that of its constants.
+    pub bandwidth: f64,
     stream: Stream,
     stick: Stick,
     stall: Stall,
+    swings: Cycle,
+    /// The target in the last tick, m.
+    target: f64,
     noise: f64,
     acting: f64,
     delayed: VecDeque<f64>,
@@ -114,9 +122,12 @@ impl Servo {
             body: Body { coulomb: tuning.coulomb_start * tuning.coulomb, viscous: tuning.viscous, mass: tuning.mass },
             hold: Hold::default(),
             lag: Lag::of(&tuning),
+            bandwidth: 1.0,
             stream: Stream::default(),
             stick: Stick::default(),
             stall: Stall::default(),
+            swings: Cycle::default(),
+            target: 0.0,
             noise: 0.0,
             acting: tuning.centre_v,
             pressures: [0.0; 3],
@@ -181,6 +192,9 @@ impl Servo {
         if self.hold.passed_again() {
             learning::unlearn_friction(&mut self.body, &tuning);
         }
+        if self.swings.passed_more_than(MOST_SWINGS.into()) {
+            learning::slow_down(&mut self.bandwidth, &tuning);
+        }
         if seen.is_some() {
             self.lag.learn(&innovation, theta, self.valve.slope(theta, &air), &tuning);
             learning::learn_valve(&mut self.valve, &innovation, theta, &air, &tuning);
@@ -210,7 +224,7 @@ impl Servo {
         // A noisier position is judged more coarsely.
         let scale = (self.noise / QUIET_M).clamp(if self.tuning.stick_slip { SLIPPING } else { 1.0 }, 4.0);
         let tuning = self.tuning.coarser(scale);
-        let (t, w) = (tuning.tick_s, tuning.law_w);
+        let (t, w) = (tuning.tick_s, tuning.law_w * self.bandwidth);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
         let Aim { motion: aim, jerk: aim_jerk, used, new, target } = self.stream.take(target, &tuning.limits, t);
@@ -225,6 +239,9 @@ impl Servo {
         let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weights[0] / t } else { estimate.v };
         let frictions = [estimate.disturbance, self.body.coulomb];
         let holds = self.hold.decide(target, resting, [error, v, estimate.force], frictions, &tuning);
+        let stays = aim.v == 0.0 && (target - self.target).abs() <= 5e-6;
+        self.target = target;
+        self.swings.see(stays, self.hold.mean[0], tuning.hold_m[1]);
         self.approaches = aim.v == 0.0 && !holds && self.hold.mean[1].abs() > tuning.stick_speed;
         if holds {
             self.stick = Stick::default();
@@ -259,7 +276,7 @@ impl Servo {
         // Planned as seen from the moving target.
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
         // A target that moves sets the pace itself, but for one that leaves the limits free.
-        let part = self.valve.part_of_limits();
+        let part = self.bandwidth * self.valve.part_of_limits();
         let part = if aim.v == 0.0 || used <= part * FOLLOWED_PART { part } else { 1.0 };
         let rest = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
         let still = aim.v == 0.0 && used == 0.0;
