@@ -3,12 +3,12 @@
 //! A constant like `w³` spans five decades over the rigs. So each keeps 31 significant bits with a shift of its own; the formats
 //! it converts between are its type, and a product is one 32 × 32 → 64 bit multiplication.
 
-use crate::arithmetic::saturate;
+use crate::arithmetic::{multiply, saturate};
 use core::marker::PhantomData;
 use fixed::traits::Fixed;
 
 /// A constant factor from a quantity of format `A` to one of format `B`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Factor<A, B> {
     mantissa: i32,
     /// Less one, so that rounding needs no shift of its own; 0 to 31, for a shift across the halves of 64 bits costs twice as much.
@@ -49,6 +49,11 @@ impl<A: Fixed<Bits = i32>, B: Fixed<Bits = i32>> Factor<A, B> {
     pub(crate) fn new(value: f64) -> Self {
         let (mantissa, shift) = normalised(value, B::FRAC_NBITS as i32 - A::FRAC_NBITS as i32 + 1, 31);
         Self { mantissa, shift, formats: PhantomData }
+    }
+
+    /// A part of the factor, 28 fractional bits, at most one.
+    pub(crate) fn part(self, part: i32) -> Self {
+        Self { mantissa: multiply(self.mantissa, part, 28), ..self }
     }
 
     /// The product, rounded to nearest, before it is saturated.

@@ -53,11 +53,12 @@ impl ValveModel {
     }
 
     /// The part of its limits that the reference uses: speed, acceleration and jerk that the flow holds up are proportional to
-    /// it. All of them from [`FULL_FLOW`] on.
+    /// it. All of them from [`FULL_FLOW`] on. And no more than a lower `bandwidth` of the law follows.
     #[inline]
-    pub(crate) fn part_of_limits(&self) -> I6F26 {
+    pub(crate) fn part_of_limits(&self, bandwidth: Ratio) -> I6F26 {
         let [gain_a, gain_b] = self.gains;
-        product::<_, _, I6F26>(gain_a.min(gain_b), const { FULL_FLOW.recip() }).min(I6F26::ONE)
+        let flow = product::<_, _, I6F26>(gain_a.min(gain_b), const { FULL_FLOW.recip() }).min(I6F26::ONE);
+        product(flow, bandwidth)
     }
 }
 

@@ -14,23 +14,30 @@ use fixed::types::I6F26;
 /// Gains of one bandwidth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LawGains {
+    /// While the piston moves, at the full bandwidth.
+    pub(crate) feedback: Feedback,
+    /// While it sticks.
+    pub(crate) lead: LeadGains,
+}
+
+/// From the errors of acceleration, velocity and position to a jerk.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Feedback {
     /// `3 w`.
     pub(crate) a: Factor<Acceleration, Jerk>,
     /// `3 w²`.
     pub(crate) v: Factor<Velocity, Jerk>,
     /// `w³`.
     pub(crate) y: Factor<Position, Jerk>,
-    /// While the piston sticks.
-    pub(crate) lead: LeadGains,
 }
 
-/// The jerk of position, velocity and acceleration, each by the gain of the full bandwidth, at a part of it: of `w³`, `w²` and `w`.
-#[inline]
-pub(super) fn feedback(full: [i64; 3], bandwidth: Ratio) -> i64 {
-    full.into_iter().fold(0, |sum, jerk| {
-        let all = Jerk::from_bits(saturate(sum + jerk));
-        i64::from(product::<_, _, Jerk>(all, bandwidth).to_bits())
-    })
+impl Feedback {
+    /// At a part of the bandwidth.
+    pub(crate) fn at(&self, bandwidth: Ratio) -> Self {
+        let square: Ratio = product(bandwidth, bandwidth);
+        let cube: Ratio = product(square, bandwidth);
+        Self { a: self.a.part(bandwidth.to_bits()), v: self.v.part(square.to_bits()), y: self.y.part(cube.to_bits()) }
+    }
 }
 
 /// The angle that gives a rate of force, as far as the valve goes.
@@ -43,7 +50,7 @@ pub(super) fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
 /// The valve's command and its effective voltage for this tick.
 #[inline]
 pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position, air: &Air) -> [Voltage; 2] {
-    let (valve, tick, gains) = (&tuning.valve, &tuning.tick, &tuning.law);
+    let (valve, tick) = (&tuning.valve, &tuning.tick);
     let caution = tuning.caution(state.noise);
     let estimate = state.estimate;
     let was_holding = state.hold.on;
@@ -87,7 +94,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         state.motion = Motion::at(estimate.y);
         return valve.command(&state.valve, angle_for(rate, state.valve.slope(rate >= 0, air), most));
     }
-    let stick = (&tuning.stick, &gains.lead, tick);
+    let stick = (&tuning.stick, &tuning.law.lead, tick);
     if let Some(rate) = state.stick.rate(resting, &state.hold.mean, estimate.force, stick, caution) {
         let theta = angle_for(rate, state.valve.slope(rate >= 0, air), most);
         state.motion = followed.motion;
@@ -100,14 +107,15 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     }
     // A target that moves sets the pace itself: behind it with less, the reference would only pass it by more where it turns. One
     // that leaves the limits free does not.
-    let part = product(state.valve.part_of_limits(), state.bandwidth);
+    let part = state.pace;
     let free = followed.used <= product::<_, _, I6F26>(part, tuning.stream.followed_part);
     let part = if standing || free { part } else { I6F26::ONE };
     let jerk_r = reference.jerk_towards(&followed, &tuning.limits, part);
-    let by_y = gains.y.wide(reference.position().saturating_sub(estimate.y));
-    let by_v = gains.v.wide(reference.v.saturating_sub(estimate.v));
-    let by_a = gains.a.wide(reference.a.saturating_sub(estimate.a));
-    let jerk = i64::from(jerk_r.to_bits()) + feedback([by_y, by_v, by_a], state.bandwidth);
+    let gains = &state.feedback;
+    let jerk = i64::from(jerk_r.to_bits())
+        + gains.a.wide(reference.a.saturating_sub(estimate.a))
+        + gains.v.wide(reference.v.saturating_sub(estimate.v))
+        + gains.y.wide(reference.position().saturating_sub(estimate.y));
     let by_motion: Jerk = product(air.stiffness, estimate.v.saturating_add(tuning.lead.of(reference.a)));
     let mass = state.body.mass;
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);

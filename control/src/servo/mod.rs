@@ -55,6 +55,7 @@ use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
+use law::Feedback;
 use learned::Learned;
 use learning::Lag;
 use observer::{Body, Estimate, Opening};
@@ -159,6 +160,10 @@ pub struct ServoState {
     pub bandwidth: Ratio,
     /// Hold.
     pub hold: Hold,
+    /// The law's gains at that bandwidth.
+    feedback: Feedback,
+    /// The part of the limits that the reference of a standing target uses.
+    pace: Part,
     stream: Stream,
     stick: Stick,
     stall: Stall,
@@ -212,6 +217,8 @@ impl ServoState {
             body: self.body,
             lag: Lag::of(self.lag.ticks),
             bandwidth: self.bandwidth,
+            feedback: tuning.law.feedback.at(self.bandwidth),
+            pace: self.valve.part_of_limits(self.bandwidth),
             learned: true,
             begun: Learned::of(&self.valve, &self.body, self.lag.ticks, load, self.bandwidth),
             ..Self::default()
@@ -337,6 +344,8 @@ impl Tuning {
         state.swings.see(state.stays, state.hold.mean.error, self.caution(state.noise).of(self.hold.leave));
         if state.swings.take_pass(learning::MOST_SWINGS) {
             learning::slow_down(&mut state.bandwidth, &self.learning);
+            state.feedback = self.law.feedback.at(state.bandwidth);
+            state.pace = state.valve.part_of_limits(state.bandwidth);
         }
         let Some(Shown { force, opening, air }) = state.shown.take() else { return };
         // A wrong rate of force stands as an innovation of that rate over the correction's.
@@ -344,6 +353,7 @@ impl Tuning {
         let slope = state.valve.slope(opening.theta >= 0, &air);
         state.lag.learn(wrong, opening.theta, slope, &self.learning);
         learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
+        state.pace = state.valve.part_of_limits(state.bandwidth);
         if !state.stall.suspected(&self.stall) {
             learning::learn_body(&mut state.body, &mut state.estimate, state.approaches, &self.learning);
         }

@@ -385,11 +385,15 @@ fn a_piston_that_goes_on_swinging_about_a_standing_target_gives_up_bandwidth_dow
 
 #[test]
 fn less_bandwidth_takes_its_cube_of_the_position_its_square_of_the_velocity_and_itself_of_the_acceleration() {
-    let full = [800_000, -90_000, 7_000];
-    assert_eq!(law::feedback(full, Ratio::ONE), 717_000);
-    let half = law::feedback(full, Ratio::from_num(0.5));
-    assert!((half - (100_000 - 22_500 + 3_500)).abs() <= 2, "{half}");
-    assert_eq!(law::feedback([i64::MAX / 2, 0, 0], Ratio::ONE), i64::from(i32::MAX), "saturates");
+    let full = tuning().law.feedback;
+    assert_eq!(full.at(Ratio::ONE), full);
+    let half = full.at(Ratio::from_num(0.5));
+    let (y, v, a) = (metres(1e-3), Velocity::from_num(0.1), Acceleration::from_num(10));
+    for (whole, part, expected) in
+        [(full.y.of(y), half.y.of(y), 0.125), (full.v.of(v), half.v.of(v), 0.25), (full.a.of(a), half.a.of(a), 0.5)]
+    {
+        assert!((value(part) / value(whole) - expected).abs() < 1e-4, "{part} of {whole}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::factor::{Factor, Share};
 use super::friction::FrictionGains;
 use super::hold::{HoldLimits, Weights};
 use super::inversion::{Valve, ValveModel};
-use super::law::LawGains;
+use super::law::{Feedback, LawGains};
 use super::learned::{Learned, Quantities, Quantity};
 use super::learning::{BANDWIDTH_BOUNDS, GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
 use super::observer::{Body, ObserverGains};
@@ -525,9 +525,7 @@ fn root(x: f64) -> f64 {
 /// The gains of a bandwidth.
 fn gains(w: f64, stick: f64) -> LawGains {
     LawGains {
-        a: Factor::new(3.0 * w),
-        v: Factor::new(3.0 * w * w),
-        y: Factor::new(w * w * w),
+        feedback: Feedback { a: Factor::new(3.0 * w), v: Factor::new(3.0 * w * w), y: Factor::new(w * w * w) },
         lead: LeadGains {
             error: Factor::new(stick * w * w * w),
             creep: Factor::new(stick * 6.0 * w * w),
