@@ -1,7 +1,7 @@
 //! Hold: a silent valve once the piston rests on its target.
 
 use super::tuning::Tuning;
-use control::servo::constants::{DEVIATION, HOLD_DRIFT, LEAVE, PULSE_S, SAME_M};
+use control::servo::constants::{DEAD_BAND_M, DEVIATION, HOLD_DRIFT, LEAVE, PULSE_S};
 
 /// Tells a limit cycle: the piston passes a standing target again and again. Friction that is compensated in excess of what there
 /// is does that.
@@ -76,7 +76,7 @@ impl Hold {
             let slowly = if self.ticks < tuning.trial_ticks { tuning.trial } else { LEAVE[1] };
             let off =
                 may_move && error.abs() > leave || self.slow.abs() > slowly * leave || error.abs() > LEAVE[2] * leave;
-            if (target - self.target).abs() > SAME_M || off {
+            if (target - self.target).abs() > DEAD_BAND_M || off {
                 self.on = false;
                 self.ticks = 0;
             }

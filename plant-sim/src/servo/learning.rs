@@ -9,7 +9,7 @@ use super::inversion::ValveModel;
 use super::observer::{Body, Estimate, Innovation};
 use super::tuning::Tuning;
 use control::Quantity;
-use control::servo::constants::{GAIN_ANGLE, LAG_RATE, LOAD_RATE, MASS_PART, SLIDING, TURNING, ZONE_V};
+use control::servo::constants::{GAIN_ANGLE, LEARN, LOAD_RATE, MASS_PART, SLIDING, TURNING, ZONE_V};
 
 /// Lowest and highest value ever learned.
 fn limits(quantity: Quantity, nominal: f64) -> [f64; 2] {
@@ -42,7 +42,7 @@ impl Lag {
         let wrong = tuning.force_rate * innovation.force / slope;
         let part = self.turn / (self.turn * self.turn + TURNING * TURNING);
         let [least, most] = limits(Quantity::Lag, tuning.lag_s);
-        self.seconds = (self.seconds - LAG_RATE * t * wrong * part).clamp(least, most);
+        self.seconds = (self.seconds - LEARN[1] * t * wrong * part).clamp(least, most);
     }
 }
 

@@ -23,8 +23,8 @@ pub mod tuning;
 
 use air::Air;
 use control::servo::constants::{
-    CALM_JERK, DEVIATION, FOLLOWED, LEAST_DRIVE, LEAST_LENGTH, MOST_CAUTION, NOISE_RATE, PRESSURE_RATE, QUIET_UM,
-    RESERVE, SAME_M, SLIPPING, STANDING, TICK_DELAY,
+    CALM_JERK, DEAD_BAND_M, DEVIATION, FOLLOWED, LEAST_DRIVE, LEAST_LENGTH, MOST_CAUTION, NOISE_RATE, PRESSURE_RATE,
+    QUIET_UM, RESERVE, SLIPPING, STICK_SPEED, TICK_DELAY,
 };
 use friction::FrictionAhead;
 use hold::Hold;
@@ -210,7 +210,7 @@ impl Servo {
         if !followed {
             self.friction_ahead = FrictionAhead::at(friction);
         }
-        let resting = (self.motion.y - target).abs() < SAME_M && self.motion.v.abs() < STANDING && aim.v == 0.0;
+        let resting = (self.motion.y - target).abs() < DEAD_BAND_M && self.motion.v.abs() < STICK_SPEED && aim.v == 0.0;
         let error = target - estimate.y;
         // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
         let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weights[0] / t } else { estimate.v };

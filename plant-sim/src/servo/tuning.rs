@@ -152,7 +152,7 @@ impl Tuning {
             centre_v,
             most_v: valve.max_voltage_v,
             blend: BLEND,
-            learn: LEARN,
+            learn: [LEARN[0], LEARN[1], LEARN[1]],
             hold_m: HOLD_M,
             hold_speed: HOLD_SPEED,
             hold_ticks: (REST_S / tick_s) as u32,
