@@ -29,6 +29,12 @@ pub(crate) const fn multiply(a: i32, b: i32, shift: u32) -> i32 {
     saturate((a as i64 * b as i64 + (1 << (shift - 1))) >> shift)
 }
 
+/// A positive value with so many fractional bits; a float's conversion saturates.
+#[inline]
+pub(crate) const fn bits(value: f64, fraction: u32) -> i32 {
+    (value * (1_u32 << fraction) as f64 + 0.5) as i32
+}
+
 /// A product whose shift follows from the formats, rounded to nearest, saturated. `fixed`'s own wide product with a
 /// saturating conversion takes 20 to 26 instructions on a Cortex-M4, this takes 15.
 #[inline]

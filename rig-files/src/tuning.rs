@@ -1,6 +1,7 @@
 //! The one rule from a rig's nominal numbers to the limits and bandwidths of the positioning law; `docs/control-law.md` derives it.
 
 use crate::rig_file::RigFile;
+use control::servo::constants::{ERROR_M, TICK_DELAY};
 use control::{OPENING_KNOTS, OPENING_STEP_V};
 use plant_model::{Effect, Plant, Rig, Side};
 use std::f64::consts::FRAC_PI_2;
@@ -34,8 +35,6 @@ pub fn stick_slip(rig: &Rig<f64>) -> bool {
 pub const LIMIT_PARTS: [f64; 3] = [0.85, 0.58, 0.60];
 /// The law's bandwidth times what delays its loop: tick, spool, hoses.
 const BANDWIDTH_TIMES_DELAY: f64 = 0.32;
-/// Error of position for which the law asks for all the jerk that the air gives, m.
-const ERROR_OF_FULL_JERK_M: f64 = 0.5e-3;
 /// Bandwidth of the observer over the law's.
 pub const OBSERVER_RATIO: f64 = 1.7;
 
@@ -90,10 +89,8 @@ impl Rule {
         };
         let speed = held(0).min(held(1));
         let jerk = speed * natural_w * natural_w;
-        let bandwidths = [
-            BANDWIDTH_TIMES_DELAY / (1.5 * tick_s + lag_s + DELAY_PART * air.delay_s),
-            (jerk / ERROR_OF_FULL_JERK_M).cbrt(),
-        ];
+        let bandwidths =
+            [BANDWIDTH_TIMES_DELAY / (TICK_DELAY * tick_s + lag_s + DELAY_PART * air.delay_s), (jerk / ERROR_M).cbrt()];
         let law_w = bandwidths[0].min(bandwidths[1]);
         let [part_v, part_a, part_j] = LIMIT_PARTS;
         Self {

@@ -8,9 +8,10 @@
 //! each with the area of its chamber. `up ⊳ down` is the difference in the paper's flow law, and by ISO 6358
 //! `up ψ(down / up) = sqrt(up² − x²)` with `x = (down − b up) / (1 − b)`, which counts only where it is positive: one root, no quotient.
 
+use super::constants::{LEAST_DRIVE, LEAST_LENGTH};
 use super::factor::{Factor, Share, quotient, root_of_product};
 use super::{Acceleration, Jerk, Ratio, Stiffness};
-use crate::arithmetic::{limit, multiply, product, saturate};
+use crate::arithmetic::{bits, limit, multiply, product, saturate};
 use crate::quantities::{Position, Pressure, Velocity};
 
 /// Constants of the chambers.
@@ -122,7 +123,7 @@ impl Chambers {
             None => up.saturating_sub(down),
             Some(paths) => paths[path].drive(up, down),
         };
-        let part = const { (LEAST_DRIVE * 65536.0) as i32 };
+        let part = const { bits(LEAST_DRIVE, 16) };
         let small = supplies.map(|supply| Acceleration::from_bits(multiply(supply.to_bits(), part, 16)));
         let share = |drive: Acceleration, per: i32, side: usize, path: usize| {
             i64::from(multiply(drive.max(small[side]).to_bits(), per, 28)) * i64::from(self.flow[side][path].to_bits())
@@ -143,17 +144,9 @@ impl Chambers {
     }
 }
 
-/// Least driving pressure of a flow over the supply: the noise of a nearly full or empty chamber must not take the slope, by which the law
-/// divides, to nought.
-const LEAST_DRIVE: f64 = 0.03;
-
-/// Least length of a chamber over that at mid-stroke. Of a chamber without clearance, as case (b)'s, the last millimetres answer faster
-/// than any valve: with 0.02 and 0.1 it never rests there, with 0.03 and 0.05 moves to 1 mm from the end settle within 0.7 s.
-const LEAST_LENGTH: f64 = 0.03;
-
 /// `1 / l` in 1/m with 20 fractional bits.
 #[inline]
 fn per_length(length: Position, at_middle: Position) -> i32 {
-    let least = multiply(at_middle.to_bits(), const { (LEAST_LENGTH * 65536.0) as i32 }, 16);
+    let least = multiply(at_middle.to_bits(), const { bits(LEAST_LENGTH, 16) }, 16);
     quotient(1 << 20, length.to_bits().max(least).unsigned_abs(), 28)
 }

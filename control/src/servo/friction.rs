@@ -2,16 +2,17 @@
 //! travelled from one end of the Coulomb friction to the other. The valve takes tens of milliseconds for that, in which the
 //! target moves on. When it turns is known, so the force sets out before.
 
+use super::constants::{GAIN_DELAY, TICK_DELAY};
 use super::factor::{Factor, quotient};
 use super::reference::Motion;
 use super::{Acceleration, Jerk, Ratio, Tick, Ticks};
-use crate::arithmetic::{limit, product};
+use crate::arithmetic::{bits, limit, product};
 use crate::quantities::Velocity;
 
-/// Gain times dead time of the loop that brings the force to the friction ahead: a phase margin of 61 degrees.
-const GAIN_DELAY: Ticks = Ticks::lit("0.5");
-/// Delay of tick and output, as the law's bandwidth counts it, in ticks.
-const TICK_DELAY: Ticks = Ticks::lit("1.5");
+/// Gain times dead time, in ticks.
+const GAIN: Ticks = Ticks::from_bits(bits(GAIN_DELAY, Ticks::FRAC_NBITS));
+/// [`TICK_DELAY`] in their format.
+const TICK: Ticks = Ticks::from_bits(bits(TICK_DELAY, Ticks::FRAC_NBITS));
 
 /// Constants of the friction ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +31,7 @@ impl FrictionGains {
         Self {
             bristle: Factor::new(bristle / hz),
             per_tick: Factor::new(hz),
-            delay: TICK_DELAY + Ticks::from_num(delay_ticks),
+            delay: TICK + Ticks::from_num(delay_ticks),
         }
     }
 }
@@ -68,7 +69,7 @@ impl FrictionAhead {
         let v_ahead = aim.v.saturating_add(product(change, delay.saturating_add(Ticks::from_bits(travel))));
         let before = limit(self.force, -coulomb, coulomb);
         self.force = limit(before.saturating_add(gains.bristle.of(v_ahead)), -coulomb, coulomb);
-        let share = Ratio::from_bits(quotient(GAIN_DELAY.to_bits(), delay.to_bits().unsigned_abs(), Ratio::FRAC_NBITS));
+        let share = Ratio::from_bits(quotient(GAIN.to_bits(), delay.to_bits().unsigned_abs(), Ratio::FRAC_NBITS));
         let step: Acceleration = product(self.force.saturating_sub(friction), share);
         gains.per_tick.of((self.force - before).saturating_add(step))
     }

@@ -1,9 +1,10 @@
 //! Inversion of the valve: from the rate of force asked for to the command, through flow, opening and dead zone.
 
 use super::air::Air;
+use super::constants::FULL_FLOW;
 use super::opening::Opening;
 use super::{Angle, Jerk, Ratio};
-use crate::arithmetic::{limit, product};
+use crate::arithmetic::{bits, limit, product};
 use crate::quantities::Voltage;
 use fixed::types::{I6F26, I16F16};
 
@@ -30,9 +31,8 @@ pub(crate) struct Valve {
     pub(crate) opening: Opening,
 }
 
-/// Flow over nominal flow, on the weaker side, from which the reference uses its limits whole: the gain of a nominal valve is
-/// learned to some per cent. At 0.67 and 0.5 more of the rigs unlike their nominal values overshoot (docs/control-law.md).
-const FULL_FLOW: Ratio = Ratio::lit("0.9");
+/// [`FULL_FLOW`] in the format of a gain.
+const FULL: Ratio = Ratio::from_bits(bits(FULL_FLOW, Ratio::FRAC_NBITS));
 
 /// The valve as learned, one value for each side: filling A (right), filling B (left).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,7 +57,7 @@ impl ValveModel {
     #[inline]
     pub(crate) fn part_of_limits(&self, bandwidth: Ratio) -> I6F26 {
         let [gain_a, gain_b] = self.gains;
-        let flow = product::<_, _, I6F26>(gain_a.min(gain_b), const { FULL_FLOW.recip() }).min(I6F26::ONE);
+        let flow = product::<_, _, I6F26>(gain_a.min(gain_b), const { FULL.recip() }).min(I6F26::ONE);
         product(flow, bandwidth)
     }
 }

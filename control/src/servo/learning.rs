@@ -5,28 +5,23 @@
 //! and mass explain.
 
 use super::air::Air;
+use super::constants::{GAIN_ANGLE, SLIDING, ZONE_V};
 use super::factor::{Factor, Share, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::learned::Quantity;
 use super::observer::{Body, Estimate, Opening};
 use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
-use crate::arithmetic::{limit, multiply, product, saturate};
+use crate::arithmetic::{bits, limit, multiply, product, saturate};
 use crate::quantities::{Velocity, Voltage};
 
-/// Angle above which the flow tells the gain, rad.
-const GAIN_ANGLE: Angle = Angle::lit("0.4");
-/// Effective voltage below which the flow tells the dead zone, V.
-const ZONE: Voltage = Voltage::lit("0.25");
-/// Speed above which the disturbance tells the friction, m/s.
-const SLIDING: Velocity = Velocity::lit("0.020");
+/// [`GAIN_ANGLE`], [`ZONE_V`] and [`SLIDING`] in the tick's formats.
+const WIDE: Angle = Angle::from_bits(bits(GAIN_ANGLE, Angle::FRAC_NBITS));
+const ZONE: Voltage = Voltage::from_bits(bits(ZONE_V, Voltage::FRAC_NBITS));
+const SLIDES: Velocity = Velocity::from_bits(bits(SLIDING, Velocity::FRAC_NBITS));
 /// Bounds of the valve's flow over its nominal flow.
 pub(super) const GAIN_BOUNDS: [Ratio; 2] = Quantity::FlowRight.ratio_limits();
 /// Bounds of the mass over its nominal value.
 pub(super) const MASS_BOUNDS: [Ratio; 2] = Quantity::Mass.ratio_limits();
-/// How often a piston may pass its standing target until it counts as swinging. Friction that is half of what is compensated is unlearned
-/// after six. With 4, one of 400 moves of 1 mm of (a)'s draws takes longer than a second; with 16, (c) rests 1.3 instead of 0.5 s after a
-/// command that acts 3 ms late.
-pub const MOST_SWINGS: u8 = 8;
 /// And of the bandwidth.
 pub(super) const BANDWIDTH_BOUNDS: [Ratio; 2] = Quantity::Bandwidth.ratio_limits();
 
@@ -126,7 +121,7 @@ pub(crate) fn learn_valve(
     // Towards a stronger valve on this side.
     let outward = if fills_a { wrong } else { wrong.saturating_neg() }.to_bits();
     let slope = model.slope(fills_a, air);
-    if theta.saturating_abs() > GAIN_ANGLE {
+    if theta.saturating_abs() > WIDE {
         let asked: Jerk = product(slope, theta.saturating_abs());
         let gain = &mut model.gains[side];
         let part = quotient(outward, asked.to_bits().unsigned_abs(), 28);
@@ -173,7 +168,7 @@ pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, approaches: b
     let beyond = estimate.disturbance.saturating_sub(estimate.load);
     let wrong = along(beyond).saturating_neg();
     let [least, most] = rates.coulomb_bounds;
-    if estimate.v.saturating_abs() < SLIDING {
+    if estimate.v.saturating_abs() < SLIDES {
         // Slow motion meets Coulomb friction alone. It is learned before the piston stands: too much of it is a limit cycle. Where
         // the piston slips, what seems to be too little may be static friction.
         if approaches && !(rates.slips && wrong > 0) {

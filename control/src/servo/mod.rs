@@ -23,10 +23,11 @@
 //! | flow over nominal flow | [`Ratio`] = I4F28 | 1 | ±8 | 4e-9 |
 //!
 //! The finest force that means anything is a twentieth of the noise of a pressure code, 20 Pa: 0.01 m/s2 on the paper's
-//! cylinders. Sums saturate, products are made in 64 bits, rounded, and saturate. Constants are [`Tuning`].
+//! cylinders. Sums saturate, products are made in 64 bits, rounded, and saturate. Constants are [`Tuning`], made of the parameters and of [`constants`].
 
 mod air;
 mod angle;
+pub mod constants;
 mod cycle;
 mod delay;
 mod equalise;
@@ -45,9 +46,10 @@ pub mod stick;
 pub mod stream;
 mod tuning;
 
-use crate::arithmetic::{limit, multiply};
+use crate::arithmetic::{bits, limit, multiply};
 use crate::quantities::{Position, Pressure, Voltage};
 use air::Air;
+use constants::{MOST_CAUTION, MOST_SWINGS};
 use cycle::Cycle;
 use delay::Delay;
 use fixed::traits::Fixed;
@@ -342,7 +344,7 @@ impl Tuning {
             learning::unlearn_friction(&mut state.body, &self.learning);
         }
         state.swings.see(state.stays, state.hold.mean.error, self.caution(state.noise).of(self.hold.leave));
-        if state.swings.take_pass(learning::MOST_SWINGS) {
+        if state.swings.take_pass(MOST_SWINGS) {
             learning::slow_down(&mut state.bandwidth, &self.learning);
             state.feedback = self.law.feedback.at(state.bandwidth);
             state.pace = state.valve.part_of_limits(state.bandwidth);
@@ -363,7 +365,7 @@ impl Tuning {
     /// A noisier position is judged more coarsely.
     #[inline]
     fn caution(&self, noise: Micrometres) -> Caution {
-        Caution(limit(self.caution_of.of(noise).to_bits(), self.least_caution, 4 << 24))
+        Caution(limit(self.caution_of.of(noise).to_bits(), self.least_caution, const { bits(MOST_CAUTION, 24) }))
     }
 }
 

@@ -6,7 +6,7 @@
 use super::Angle;
 use super::angle::{angle, effective_voltage};
 use super::factor::Factor;
-use crate::arithmetic::multiply;
+use crate::arithmetic::{bits, multiply};
 use crate::quantities::Voltage;
 
 /// Openings at which a table names the effective voltage, relative to the widest.
@@ -28,11 +28,6 @@ struct Line {
 pub(crate) struct Opening {
     lines: Option<[Line; OPENING_KNOTS.len()]>,
     most: Voltage,
-}
-
-/// A positive value with so many fractional bits; a float's conversion saturates.
-fn bits(value: f64, fraction: u32) -> i32 {
-    (value * f64::from(1_u32 << fraction) + 0.5) as i32
 }
 
 /// The last line whose beginning is reached, or the first.

@@ -8,9 +8,10 @@
 //! length `A³/J²`. Then stopping takes no division, and every rig uses the same range of numbers. They have 26 fractional
 //! bits and end at ±32: a target farther away is as good as one there.
 
+use super::constants::{CALM_JERK, RESERVE};
 use super::factor::{Factor, quotient, root_q26};
 use super::{Acceleration, Jerk, Part, Tick};
-use crate::arithmetic::{limit, saturate};
+use crate::arithmetic::{bits, limit, saturate};
 use crate::quantities::{Position, Velocity};
 use fixed::types::I6F26;
 
@@ -73,13 +74,9 @@ struct Seen {
     a: i32,
 }
 
-/// Part of the jerk limit that the plan has but on the way to a new standing target: where the target moves, and once the reference has
-/// arrived. With all of it a reference that a weak valve's excess pushes off its aim goes on around it.
-pub(crate) const CALM_JERK: f64 = 0.85;
-/// The same with 26 fractional bits.
-const CALM: i32 = (CALM_JERK * ONE as f64) as i32;
-/// Jerk that brings the motion back to its plan towards a standing target, over the plan's own.
-const RESERVE: i32 = I6F26::lit("1.2").to_bits();
+/// [`CALM_JERK`] and [`RESERVE`] with 26 fractional bits.
+const CALM: i32 = bits(CALM_JERK, 26);
+const MORE: i32 = bits(RESERVE, 26);
 
 /// A product with 26 fractional bits.
 #[inline]
@@ -177,7 +174,7 @@ impl Motion {
             speed: times(part, speed - used.min(speed)).max(speed / 10),
             most,
             jerk,
-            back: if still { times(jerk, RESERVE) } else { jerk },
+            back: if still { times(jerk, MORE) } else { jerk },
             per_most: inverse(most),
             per_jerk: inverse(jerk),
             tick,

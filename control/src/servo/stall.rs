@@ -14,6 +14,8 @@ pub(crate) struct StallLimits {
     pub(crate) force: Acceleration,
     /// Ticks with more than that until the piston counts as blocked.
     pub(crate) ticks: u16,
+    /// Ticks from which on neither friction nor load is learned.
+    pub(crate) suspected: u16,
     /// By how much the force grows in a tick, per moving mass.
     pub(crate) growth: Acceleration,
     /// How fast the force follows.
@@ -55,7 +57,7 @@ impl Stall {
     /// friction and load. A piston that is free but slow to set out has moved by then.
     #[inline]
     pub(crate) fn suspected(&self, limits: &StallLimits) -> bool {
-        self.ticks > limits.ticks / 4
+        self.ticks > limits.suspected
     }
 
     /// Rate of force while the piston is blocked on the way to its target; `None` while it is free.

@@ -1,9 +1,9 @@
 //! Parameters → the constants of the law, with every division done beforehand.
 //!
-//! What the rig decides stands in the table of parameters. What is the same for every rig stands here.
+//! What the rig decides stands in the table of parameters, what is the same for every rig in [`constants`](super::constants).
 
 use super::air::{Chambers, Critical};
-use super::delay;
+use super::constants::*;
 use super::factor::{Factor, Share};
 use super::friction::FrictionGains;
 use super::hold::{HoldLimits, Weights};
@@ -13,7 +13,7 @@ use super::learned::{Learned, Quantities, Quantity};
 use super::learning::{BANDWIDTH_BOUNDS, GAIN_BOUNDS, LearningRates, MASS_BOUNDS};
 use super::observer::{Body, ObserverGains};
 use super::opening::{OPENING_KNOTS, OPENING_STEP_V, Opening};
-use super::reference::{CALM_JERK, Limits};
+use super::reference::Limits;
 use super::stall::StallLimits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
@@ -25,147 +25,12 @@ use crate::quantities::{Position, Velocity, Voltage};
 use fixed::traits::Fixed;
 use fixed::types::{I6F26, I8F24};
 
-/// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
-const PRESSURE_RATE: f64 = 250.0;
-/// How fast the noise of the position is learned, 1/s.
-const NOISE_RATE: f64 = 3.0;
-/// Noise of a position code up to which hold and stick judge without caution, um.
-const QUIET_UM: f64 = 30.0;
-/// By how much more coarsely hold and stick judge where the piston slips as it breaks away. On the four catalogue rigs some
-/// moves never end with 1.4, and rest up to 0.13 mm off with 1.8.
-const SLIPPING: f64 = 1.6;
-/// Bandwidth with which the derivatives of a streamed target follow, rad/s.
-const STREAM_BANDWIDTH: f64 = 150.0;
-/// The same of its jerk: one fifth, for it is the third derivative of a target that may come in codes.
-const JERK_BANDWIDTH: f64 = 30.0;
-/// A standing target that changes by no more is the same, m: hold begins within it, so the piston would not be moved for more.
-const DEAD_BAND_M: f64 = HOLD_M[0];
-/// Longest time that a streamed target may be held by a slow sender, s: 50 Hz and some delay. What is held for longer is a step.
-const LONGEST_HOLD_S: f64 = 0.025;
-/// Bandwidth with which derivatives follow times the time between changes of the target, at most. Held for 20 ms a sine of 50 mm and
-/// 0.5 Hz is followed to 0.35 mm on (a), with 0.3 to 0.9 mm; with 0.7 already 5 ms lead it astray.
-const MOST_PER_CHANGE: f64 = 0.45;
-/// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at [`LOST`]
-/// none is left.
-const FOLLOWED: f64 = 0.25;
-/// See [`FOLLOWED`].
-const LOST: f64 = 0.4;
-/// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
-const PEAK_HELD_S: f64 = 1.0;
-/// Part of the nominal Coulomb friction that is compensated before any is learned. With 0.9, 0.92 and 0.95 moves of 1 mm on (b) take
-/// 0.100, 0.097 and 0.087 s in the mean, and one of 100 moves of 45 mm on (c) without a dead zone rests 36, 32 and 38 um off or more.
-const COULOMB_START: f64 = 0.92;
-/// The same where the piston slips as it breaks away. With 0.95 long moves of the catalogue rigs pass their target by more.
-const SLIPPING_COULOMB_START: f64 = 0.8;
-/// The same in the first run without measured pressures, where too much is hardly unlearned: with 0.95 and one sensor lost 97.8 % of
-/// the draws of (a) are stable and 98.2 % of those of (b), with 0.8 99.4 and 99.9 %.
-const UNSEEN_COULOMB_START: f64 = 0.8;
-/// Rates of learning, 1/s: gain, dead zone, friction.
-const LEARN: [f64; 3] = [10.0, 5.0, 4.5];
-/// How fast the Coulomb friction is learned in slow motion towards a standing target, 1/s: a time
-/// constant of 25 ms. With 20, 94 % of the
-/// draws' moves of 1 mm on (a) settle within 0.6 s instead of 99 %; with 80, (c) takes three times the noise for friction.
-const SLOW_LEARN: f64 = 40.0;
-/// How fast the load is learned while the piston moves, 1/s; where friction is at its end it is [`SLOW_LEARN`]. With 0, 0.5, 1 and 2, 91,
-/// 92, 94 and 95 % of moves of (a)'s draws under loads settle within 0.6 s, and without any 99.8, 99.5, 99.8 and 99.0 % of its moves of 45 mm.
-const LOAD_RATE: f64 = 1.0;
-/// Part of the Coulomb friction that is unlearned each time that the piston passes a standing target.
-const UNLEARN: f64 = 0.1;
-/// How fast the lag is learned while the angle turns, 1/s.
-const LAG_RATE: f64 = 5.0;
-/// Change of angle above which the force tells the lag, rad/s.
-const TURNING: f64 = 100.0;
-/// Part of the friction's rate with which the mass is learned.
-const MASS_PART: f64 = 0.2;
-/// Angle below which the dead zone is crossed on a straight line, rad.
-const BLEND: f64 = 0.01;
-/// Hold: enter below this error and leave beyond that, m.
-const HOLD_M: [f64; 2] = [20e-6, 40e-6];
-/// Hold: leave beyond the long mean, on trial and later, and beyond that error at once, over the error
-/// to leave at.
-const LEAVE: [f64; 3] = [0.9, 1.2, 2.0];
-/// Hold: time after entering within which the place is on trial, s: a piston that is held near the Coulomb friction creeps
-/// on for some tenths.
-const TRIAL_S: f64 = 0.5;
-/// Hold: time after entering until the force rests, s: four times the mean, within which a spool of 5 ms comes to rest, too.
-const SETTLE_S: f64 = 32e-3;
-/// Hold: how fast the noise of the force is learned, 1/s.
-const FORCE_NOISE_RATE: f64 = 10.0;
-/// Hold: standard deviations of the difference of two means of the force that count as noise: passed by noise once in two
-/// hours. At three times the noise 17 of 1,800 moves are disturbed within 10 s with 4, one with 5.
-const DOUBT: f64 = 5.0;
-/// Hold: time after entering within which the piston may still coast, s.
-const COAST_S: f64 = 0.2;
-/// Hold: change of force that may have moved the piston, over the Coulomb friction.
-const MOVING: f64 = 0.1;
-/// Hold: part of the Coulomb friction below it within which the piston counts as held. With 0.1 one of 600 moves of 200 mm on (b)
-/// creeps on by 0.1 mm after it, with 0.15 the valve on (c) still moves after 5 % of the draws' random moves instead of 2 %.
-const HELD: f64 = 0.12;
-/// Hold: enter below this speed, m/s.
-const HOLD_SPEED: f64 = 1.8e-3;
-/// Hold and stick: time over which error and speed are means, s. With 8 ms stick pushes a piston on that has already arrived:
-/// the slowest of 400 moves of 1 mm takes 0.28 s on (b) instead of 0.15 s. 3 ms are as good as 4 ms.
-const MEAN_S: f64 = 4e-3;
-/// The same where the piston slips as it breaks away: its speed is a difference of positions, and noisier.
-const SLIPPING_MEAN_S: f64 = 8e-3;
-/// Hold: time over which the force is a mean, s.
-const FORCE_MEAN_S: f64 = 8e-3;
-/// Hold: time of the long mean of the error, s.
-const LONG_MEAN_S: f64 = 64e-3;
-/// Hold: time of rest before entering, s; stick: time before the force is led.
-const REST_S: f64 = 10e-3;
-/// Hold: part of the Coulomb friction by which the force may drift.
-const HOLD_DRIFT: f64 = 0.15;
-/// Hold: time in which a pulse brings that back, s.
-const PULSE_S: f64 = 0.010;
-/// Reference: a target that is nearer counts as the same, m.
-const SAME_M: f64 = 5e-6;
-/// Reference: part of its acceleration limit beyond which it counts as braking. A tenth and a half do as well; without a bound the
-/// sign of an acceleration of nought, along the speed limit, would decide.
-const BRAKING: f64 = 0.25;
-/// Reference: distance from the piston up to which it may brake as planned, m: the error that the bandwidth is made for. Without a
-/// bound a sensor that reads garbage leads the piston 0.8 m astray, as nothing brings the reference back to it.
-const ERROR_M: f64 = 0.5e-3;
-/// Reference: distance from its target at which it has arrived, m: that within which a move counts as settled. With 0.5 mm it is the
-/// same.
-const ARRIVED_M: f64 = 0.1e-3;
-/// Reference: it stands below this speed, m/s.
-const STANDING: f64 = 1e-3;
-/// Reference: distance from which it is put on its aim, beyond one tick's jerk, m.
-const NEAR_M: f64 = 2e-6;
 /// Reference: shortest time for which a jerk is planned, s.
 const PLANNED_S: f64 = 1e-3;
 /// Reference: longest unit of length of its plan, m, in which 26 fractional bits are a micrometre.
 const MOST_UNIT_M: f64 = 67.0;
 /// Observer: stiffest bristle, over the moving mass and times the square of a tick: what 7 bits before the point hold.
 const STIFFEST: f64 = 127.0;
-/// Stick: mean speed below which the piston sticks, m/s.
-const STICK_SPEED: f64 = 1.6e-3;
-/// Stick: rate of force over that of the law. With 3 the slowest of 800 moves of 1 mm takes 0.14 s on (c), with 2 0.09 s.
-const STICK_GAIN: f64 = 2.0;
-/// The same where the piston slips as it breaks away. With 2, moves of the DSNU-25-100 take 0.61 s in the mean, with 3 0.26 s.
-const SLIPPING_STICK_GAIN: f64 = 3.0;
-/// Stick: how fast the force follows, over the law's bandwidth.
-const STICK_FORCE: f64 = 1.0 / 1.5;
-/// Stall: a piston that has moved by less stands, m: the seal gives by up to 0.1 mm before it slides, and an estimate of it errs by some
-/// hundredths.
-const STANDS_M: f64 = 0.2e-3;
-/// Stall: time with more force than friction takes until the piston counts as blocked, s. At full flow (c), the quickest of the paper's
-/// cylinders, takes 12 ms from breaking away to [`STANDS_M`]. With 15 ms an obstacle that gives way half a second later lets (c) pass its
-/// target by 5 instead of 19 mm, but a piston of little friction is taken for blocked where it turns round.
-const STALL_S: f64 = 30e-3;
-/// Stall: time in which the force would grow to all that the supply gives, s. With 2.5, 5, 10 and 17 s an obstacle that gives way after a
-/// second lets (a) pass its target by 193, 124, 107 and 81 mm; three times the friction that the rig file says is overcome as slowly.
-const STALL_GROWTH_S: f64 = 5.0;
-/// Observer: time after a run begins within which the piston still stands, s: delay and lag, and the time in which the force of the
-/// wide open valve reaches the friction. 4 and 16 ms do, too; without it one of 400 moves of 1 mm on (b) takes 0.22 s.
-const STANDING_S: f64 = 8e-3;
-/// Controlled stop: how fast the chambers' forces come to balance, over the law's bandwidth. With 0.3 more is let out of what the
-/// motion compresses, which brakes: in the reliability study a lost position reaches 3 mm out of its span instead of none, a supply
-/// that is lost 6 mm; but a frozen noiseless position 63 mm instead of 73.
-const EQUALISE: f64 = 0.15;
-/// Without measured pressures: how fast the force takes up what the model does not explain, 1/s.
-const UNSEEN_RATE: f64 = 5.0;
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -290,7 +155,7 @@ impl Tuning {
         // Where the format of `bristle_q24` ends a piston sticks by its bristles as good as rigidly within a tick.
         let bristle = f64::from(p.servo_bristle_per_s2).min(STIFFEST * hz * hz);
         let viscous = f64::from(p.servo_viscous_per_s);
-        let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(delay::MOST_TICKS as f64) as u8;
+        let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(MOST_DELAY_TICKS as f64) as u8;
         // What is no whole tick the lag takes up.
         let lag = f64::from(p.servo_lag_s) + (f64::from(p.servo_delay_s) - f64::from(delay_ticks) * t);
         let coulomb_start = match (p.servo_stick_slip, p.pressure_sensors) {
@@ -340,11 +205,11 @@ impl Tuning {
                 wrong: Factor::new(force_rate),
                 gain: Share::new(LEARN[0] * t),
                 zone: Share::new(LEARN[1] * t),
-                lag: Share::new(LAG_RATE * t),
+                lag: Share::new(LEARN[1] * t),
                 turn: Share::new((force_rate * t).min(1.0)),
                 turning_square: exactly(TURNING * t * TURNING * t),
                 lag_bounds: Quantity::Lag.parts().map(|bound| exactly(bound * lag * hz)),
-                body: Factor::new(LEARN[2] * t / unit),
+                body: Factor::new(LEARN[1] * t / unit),
                 coulomb: exactly(coulomb),
                 viscous: exactly(viscous),
                 viscous_bounds: Quantity::Viscous.parts().map(|bound| exactly(bound * viscous)),
@@ -373,7 +238,7 @@ impl Tuning {
                 longest_hold: ticks(LONGEST_HOLD_S),
                 whole,
                 off: exactly(acceleration / (stream_w * stream_w)),
-                acceleration: exactly(4.0 * acceleration),
+                acceleration: exactly(MOST_ACCELERATION * acceleration),
                 per_tick: Factor::new(hz),
                 y: Factor::new(3.0 * stream_w * whole_s),
                 v: Factor::new(3.0 * stream_w * stream_w * whole_s),
@@ -416,9 +281,9 @@ impl Tuning {
                 trial_ticks: ticks(TRIAL_S),
                 force: exactly(MOVING * coulomb),
                 margin: exactly(HELD * coulomb),
-                // Three standard deviations of the disturbance: the observer makes `σ² 3 w_o⁵ T / 16` of a position's variance.
-                band: exactly(3.0 * w_o * w_o * root(3.0 / 16.0 * w_o * t) * 1e-6 * QUIET_UM),
-                target: exactly(SAME_M),
+                // The disturbance's standard deviations: the observer makes `σ² 3 w_o⁵ T / 16` of a position's variance.
+                band: exactly(HELD_DEVIATIONS * w_o * w_o * root(3.0 / 16.0 * w_o * t) * 1e-6 * QUIET_UM),
+                target: exactly(DEAD_BAND_M),
                 speed: exactly(HOLD_SPEED),
                 ticks: ticks(REST_S),
                 weights: Weights {
@@ -430,25 +295,30 @@ impl Tuning {
                 drift: exactly(HOLD_DRIFT * coulomb),
                 pulse: exactly(HOLD_DRIFT * coulomb / PULSE_S),
                 noise_follow: Share::new((FORCE_NOISE_RATE * t).min(1.0)),
-                // 1.25: from a mean size to a standard deviation. A mean behind the observer's correction has the variance
+                // A mean behind the observer's correction has the variance
                 // `T / (2 (1 / L + mean))` of one sample's, a difference of two twice that.
-                doubt: Factor::new(1.25 * DOUBT * root(t / (1.0 / force_rate + FORCE_MEAN_S))),
+                doubt: Factor::new(DEVIATION * DOUBT * root(t / (1.0 / force_rate + FORCE_MEAN_S))),
                 inwards: p.servo_stick_slip,
             },
-            stick: StickGains { speed: exactly(STICK_SPEED), ticks: ticks(REST_S), most: exactly(2.0 * coulomb) },
+            stick: StickGains {
+                speed: exactly(STICK_SPEED),
+                ticks: ticks(REST_S),
+                most: exactly(STICK_MOST * coulomb),
+            },
             stall: StallLimits {
                 stands: exactly(STANDS_M),
                 // From one end of the friction to the other, and half as much again, or what makes a free piston turn round and leave its
                 // place meanwhile.
                 force: exactly(2.0 * coulomb + coulomb.max(8.0 * STANDS_M / (STALL_S * STALL_S))),
                 ticks: ticks(STALL_S),
+                suspected: ticks(SUSPECTED * STALL_S),
                 growth: exactly(
                     per_mass[0] * f64::from(p.servo_supply_pa - p.servo_atmosphere_pa).max(0.0) * t / STALL_GROWTH_S,
                 ),
                 follow: Factor::new(STICK_FORCE * w),
             },
             friction: FrictionGains::new(hz, bristle, delay_ticks),
-            standing: exactly(STANDING),
+            standing: exactly(STICK_SPEED),
             near: exactly(ERROR_M),
             arrived: exactly(ARRIVED_M),
             braking: exactly(BRAKING * acceleration),
@@ -464,7 +334,7 @@ impl Tuning {
             lead: Factor::new(f64::from(p.servo_lead_s)),
             slipping: p.servo_stick_slip.then(|| Factor::new(weight * hz)),
             least_caution: scaled(if p.servo_stick_slip { SLIPPING } else { 1.0 }, 24) as i32,
-            noise_of: Factor::new(1.25e6),
+            noise_of: Factor::new(1e6 * DEVIATION),
             noise_follow: Share::new(NOISE_RATE * t),
             caution_of: Factor::new(1.0 / QUIET_UM),
         })
@@ -528,7 +398,7 @@ fn gains(w: f64, stick: f64) -> LawGains {
         feedback: Feedback { a: Factor::new(3.0 * w), v: Factor::new(3.0 * w * w), y: Factor::new(w * w * w) },
         lead: LeadGains {
             error: Factor::new(stick * w * w * w),
-            creep: Factor::new(stick * 6.0 * w * w),
+            creep: Factor::new(stick * STICK_CREEP * w * w),
             force: Factor::new(STICK_FORCE * w),
         },
     }

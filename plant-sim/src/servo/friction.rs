@@ -3,9 +3,7 @@
 //! target moves on. When it turns is known, so the force sets out before.
 
 use super::tuning::Tuning;
-
-/// Gain times dead time of the loop that brings the force to the friction ahead: a phase margin of 61 degrees.
-const GAIN_DELAY: f64 = 0.5;
+use control::servo::constants::GAIN_DELAY;
 
 /// The friction that the target's motion meets when the force that is asked for now will act.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,6 +2,7 @@
 
 use super::cycle::Cycle;
 use super::tuning::Tuning;
+use control::servo::constants::{DEAD_BAND_M, DEVIATION, HOLD_DRIFT, LEAVE, PULSE_S};
 
 /// Whether the valve is held in the middle of its dead zone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,9 +49,10 @@ impl Hold {
             }
             let changed = (force - self.force).abs() > self.beyond_noise(tuning.hold_force, tuning);
             let may_move = self.ticks < tuning.coast_ticks || changed;
-            let slowly = if self.ticks < tuning.trial_ticks { tuning.trial } else { 1.2 };
-            let off = may_move && error.abs() > leave || self.slow.abs() > slowly * leave || error.abs() > 2.0 * leave;
-            if (target - self.target).abs() > 5e-6 || off {
+            let slowly = if self.ticks < tuning.trial_ticks { tuning.trial } else { LEAVE[1] };
+            let off =
+                may_move && error.abs() > leave || self.slow.abs() > slowly * leave || error.abs() > LEAVE[2] * leave;
+            if (target - self.target).abs() > DEAD_BAND_M || off {
                 self.on = false;
                 self.ticks = 0;
             }
@@ -81,14 +83,14 @@ impl Hold {
     /// Learns the noise of the force from what of it was not expected, while the valve is closed and the air at rest.
     pub fn learn_noise(&mut self, innovation: f64, tuning: &Tuning) {
         if self.on && self.ticks > tuning.settle_ticks {
-            self.noise += tuning.tick_s * tuning.force_noise_rate * (1.25 * innovation.abs() - self.noise);
+            self.noise += tuning.tick_s * tuning.force_noise_rate * (DEVIATION * innovation.abs() - self.noise);
         }
     }
 
     /// Rate of force that brings back what leaked away, N/s: zero, but for a pulse once the force has drifted away from the
     /// middle of what friction holds. Drift towards the middle only holds the piston safer.
     pub fn restoring_rate(&mut self, tuning: &Tuning) -> f64 {
-        let allowed = 0.15 * tuning.coulomb;
+        let allowed = HOLD_DRIFT * tuning.coulomb;
         if tuning.stick_slip && (self.mean[2] + self.load).abs() < (self.force + self.load).abs() {
             self.force = self.mean[2];
         }
@@ -100,6 +102,6 @@ impl Hold {
         if drift * self.pulse <= 0.0 {
             self.pulse = 0.0;
         }
-        self.pulse * allowed / 0.010
+        self.pulse * allowed / PULSE_S
     }
 }

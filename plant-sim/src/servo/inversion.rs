@@ -1,10 +1,8 @@
 //! Inversion of the valve: from the rate of force asked for to the command, through flow, arc tangent and dead zone.
 
 use super::air::Air;
+use control::servo::constants::FULL_FLOW;
 use rig_files::tuning::Pneumatics;
-
-/// Flow over nominal flow from which the reference uses its limits whole; as in `control`.
-const FULL_FLOW: f64 = 0.9;
 
 /// The valve as the law knows it; gains and dead zones are learned, one for each side.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,22 +9,7 @@ use super::inversion::ValveModel;
 use super::observer::{Body, Estimate, Innovation};
 use super::tuning::Tuning;
 use control::Quantity;
-
-/// Angle above which the flow tells the gain, rad.
-const GAIN_ANGLE: f64 = 0.4;
-/// Effective voltage below which the flow tells the dead zone, V.
-const ZONE_V: f64 = 0.25;
-/// Speed above which the disturbance tells the friction, m/s.
-const SLIDING: f64 = 0.020;
-/// How fast the load is learned while the piston moves, 1/s.
-const LOAD_RATE: f64 = 1.0;
-/// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
-const MASS_PART: f64 = 0.2;
-
-/// How fast the lag is learned while the angle turns, 1/s.
-const LAG_RATE: f64 = 5.0;
-/// Change of angle above which the force tells the lag, rad/s.
-const TURNING: f64 = 100.0;
+use control::servo::constants::{GAIN_ANGLE, LEARN, LOAD_RATE, MASS_PART, SLIDING, TURNING, ZONE_V};
 
 /// Lowest and highest value ever learned.
 fn limits(quantity: Quantity, nominal: f64) -> [f64; 2] {
@@ -57,7 +42,7 @@ impl Lag {
         let wrong = tuning.force_rate * innovation.force / slope;
         let part = self.turn / (self.turn * self.turn + TURNING * TURNING);
         let [least, most] = limits(Quantity::Lag, tuning.lag_s);
-        self.seconds = (self.seconds - LAG_RATE * t * wrong * part).clamp(least, most);
+        self.seconds = (self.seconds - LEARN[1] * t * wrong * part).clamp(least, most);
     }
 }
 

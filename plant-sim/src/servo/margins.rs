@@ -1,8 +1,9 @@
 //! What the tuned law can do and how far it is from its limits: margins of the loop, time of a move, and what would have to
 //! change where a demand is not met.
 
-use super::reference::{Motion, RESERVE};
+use super::reference::Motion;
 use super::tuning::Tuning;
+use control::servo::constants::{RESERVE, TICK_DELAY};
 use plant_model::{RIG_KEYS, Rig};
 
 /// Margins of the loop of three integrators that the inversion leaves, with valve lag and delay, before the observer.
@@ -38,7 +39,7 @@ impl Margins {
     /// Of the loop `(3 w s² + 3 w² s + w³) / s³ · exp(-(1.5 T + delay) s) / (1 + lag s)`.
     #[must_use]
     pub fn of(tuning: &Tuning) -> Self {
-        let (w, delay) = (tuning.law_w, (1.5 + tuning.delay_ticks as f64) * tuning.tick_s);
+        let (w, delay) = (tuning.law_w, (TICK_DELAY + tuning.delay_ticks as f64) * tuning.tick_s);
         let gain = |x: f64| {
             let (real, imaginary) = (w.powi(3) - 3.0 * w * x * x, 3.0 * w * w * x);
             real.hypot(imaginary) / (x.powi(3) * (tuning.lag_s * x).hypot(1.0))
@@ -175,7 +176,7 @@ mod tests {
         assert!((gain - 1.0).abs() < 1e-6, "{gain}");
         assert!(ideal.phase_deg > margins.phase_deg && ideal.delay_s > margins.delay_s);
         // All of the delay margin spent: none left.
-        let spent = Tuning { tick_s: tuning.tick_s + margins.delay_s / 1.5, ..tuning };
+        let spent = Tuning { tick_s: tuning.tick_s + margins.delay_s / TICK_DELAY, ..tuning };
         assert!(Margins::of(&spent).phase_deg.abs() < 1e-3, "{:?}", Margins::of(&spent));
     }
 

@@ -23,7 +23,10 @@ pub mod trials;
 pub mod tuning;
 
 use air::Air;
-use control::servo::learning::MOST_SWINGS;
+use control::servo::constants::{
+    CALM_JERK, DEAD_BAND_M, DEVIATION, FOLLOWED, LEAST_DRIVE, LEAST_LENGTH, MOST_CAUTION, MOST_SWINGS, NOISE_RATE,
+    PRESSURE_RATE, QUIET_UM, RESERVE, SLIPPING, STICK_SPEED, TICK_DELAY,
+};
 use cycle::Cycle;
 use friction::FrictionAhead;
 use hold::Hold;
@@ -31,27 +34,13 @@ use inversion::ValveModel;
 use learning::Lag;
 use observer::{Body, Estimate};
 use plant_model::Rig;
-use reference::{CALM_JERK, Limits, Motion, RESERVE};
+use reference::{Limits, Motion};
 use rig_files::tuning::Pneumatics;
 use stall::Stall;
 use std::collections::VecDeque;
 use stick::Stick;
-use stream::{Aim, FOLLOWED_PART, Stream};
+use stream::{Aim, Stream};
 pub use tuning::Tuning;
-
-/// How fast the pressures behind stiffness and slopes follow the measured ones, 1/s.
-const PRESSURE_RATE: f64 = 250.0;
-
-/// Least driving pressure of a flow over the supply.
-const LEAST_DRIVE: f64 = 0.03;
-/// Least volume of a chamber over that at mid-stroke.
-const LEAST_VOLUME: f64 = 0.03;
-/// How fast the noise of the position is learned, 1/s.
-const NOISE_RATE: f64 = 3.0;
-/// Noise of a position code up to which hold and stick judge without caution, m.
-const QUIET_M: f64 = 30e-6;
-/// By how much more coarsely hold and stick judge where the piston slips as it breaks away.
-const SLIPPING: f64 = 1.6;
 
 /// What the sensors read in one tick, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -184,7 +173,7 @@ impl Servo {
         if seen.is_none() {
             self.estimate.unseen_force(&tuning);
         }
-        self.noise += NOISE_RATE * t * (1.25 * innovation.y.abs() - self.noise);
+        self.noise += NOISE_RATE * t * (DEVIATION * innovation.y.abs() - self.noise);
         let u = self.command(target, &air);
         self.acting = u;
         // Behind the command, as on the chip: what is learned counts from the next tick on.
@@ -222,24 +211,25 @@ impl Servo {
 
     fn command(&mut self, target: f64, air: &Air) -> f64 {
         // A noisier position is judged more coarsely.
-        let scale = (self.noise / QUIET_M).clamp(if self.tuning.stick_slip { SLIPPING } else { 1.0 }, 4.0);
+        let least = if self.tuning.stick_slip { SLIPPING } else { 1.0 };
+        let scale = (1e6 * self.noise / QUIET_UM).clamp(least, MOST_CAUTION);
         let tuning = self.tuning.coarser(scale);
         let (t, w) = (tuning.tick_s, tuning.law_w * self.bandwidth);
         let estimate = self.estimate;
         let was_holding = self.hold.on;
         let Aim { motion: aim, jerk: aim_jerk, used, new, target } = self.stream.take(target, &tuning.limits, t);
-        let followed = aim.v != 0.0 && used <= FOLLOWED_PART;
+        let followed = aim.v != 0.0 && used <= FOLLOWED;
         let friction = tuning.bristle_stiffness * estimate.bristle;
         if !followed {
             self.friction_ahead = FrictionAhead::at(friction);
         }
-        let resting = (self.motion.y - target).abs() < 5e-6 && self.motion.v.abs() < 1e-3 && aim.v == 0.0;
+        let resting = (self.motion.y - target).abs() < DEAD_BAND_M && self.motion.v.abs() < STICK_SPEED && aim.v == 0.0;
         let error = target - estimate.y;
         // A model that slides while the piston sticks estimates a velocity that is none; the position's own does not.
         let v = if tuning.stick_slip { (self.hold.mean[0] - error) * tuning.hold_weights[0] / t } else { estimate.v };
         let frictions = [estimate.disturbance, self.body.coulomb];
         let holds = self.hold.decide(target, resting, [error, v, estimate.force], frictions, &tuning);
-        let stays = aim.v == 0.0 && (target - self.target).abs() <= 5e-6;
+        let stays = aim.v == 0.0 && (target - self.target).abs() <= DEAD_BAND_M;
         self.target = target;
         self.swings.see(stays, self.hold.mean[0], tuning.hold_m[1]);
         self.approaches = aim.v == 0.0 && !holds && self.hold.mean[1].abs() > tuning.stick_speed;
@@ -277,7 +267,7 @@ impl Servo {
         let seen = Motion { y: r.y - aim.y, v: r.v - aim.v, a: r.a - aim.a };
         // A target that moves sets the pace itself, but for one that leaves the limits free.
         let part = self.bandwidth * self.valve.part_of_limits();
-        let part = if aim.v == 0.0 || used <= part * FOLLOWED_PART { part } else { 1.0 };
+        let part = if aim.v == 0.0 || used <= part * FOLLOWED { part } else { 1.0 };
         let rest = |limit: f64, used: f64, least: f64| (part * (limit - used.abs())).max(least * limit);
         let still = aim.v == 0.0 && used == 0.0;
         let left = Limits {
@@ -294,7 +284,7 @@ impl Servo {
         let near = (r.y - estimate.y).abs() < tuning.near_m;
         let led = if followed && near {
             let coulomb = self.body.coulomb;
-            let delay_s = self.lag.seconds + (tuning.delay_ticks as f64 + 1.5) * t;
+            let delay_s = self.lag.seconds + (tuning.delay_ticks as f64 + TICK_DELAY) * t;
             // The force travels by twice the friction at full flow; half of that before the target turns, half after it.
             let travel_s = coulomb / (self.valve.slope(aim.a, air) * most);
             let v_ahead = aim.v + (delay_s + travel_s) * aim.a;
@@ -321,8 +311,8 @@ impl Servo {
         let [area_a, area_b] = known.areas_m2;
         let [v_a0, v_b0] = known.volumes_m3;
         let volumes = [
-            (v_a0 + area_a * self.estimate.y).max(LEAST_VOLUME * v_a0),
-            (v_b0 - area_b * self.estimate.y).max(LEAST_VOLUME * v_b0),
+            (v_a0 + area_a * self.estimate.y).max(LEAST_LENGTH * v_a0),
+            (v_b0 - area_b * self.estimate.y).max(LEAST_LENGTH * v_b0),
         ];
         let [p_a, p_b, p_sup] = self.pressures;
         let atmosphere = self.rig.supply.atmosphere_pa;

@@ -6,6 +6,7 @@
 use super::air::Air;
 use super::inversion::ValveModel;
 use super::tuning::Tuning;
+use control::servo::constants::UNSEEN_RATE;
 
 /// The piston and its load as learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,7 +81,7 @@ impl Estimate {
     /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
     /// depend; the sum of both stays.
     pub fn unseen_force(&mut self, tuning: &Tuning) {
-        let part = (5.0 * tuning.tick_s).min(1.0) * self.disturbance;
+        let part = (UNSEEN_RATE * tuning.tick_s).min(1.0) * self.disturbance;
         self.force += part;
         self.disturbance -= part;
     }

@@ -4,11 +4,7 @@
 //! jerk whose stopping point is the target. So a new target in mid-move, or a motion that was taken back because the
 //! valve could not follow, needs no case of its own.
 
-/// Part of the jerk limit that the plan has but on the way to a new standing target: where the target moves, and once the reference has
-/// arrived. With all of it a reference that a weak valve's excess pushes off its aim goes on around it.
-pub const CALM_JERK: f64 = 0.85;
-/// Jerk that brings the motion back to its plan towards a standing target, over the plan's own.
-pub const RESERVE: f64 = 1.2;
+use control::servo::constants::NEAR_M;
 
 /// Limits of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +45,7 @@ impl Motion {
         let a = limits.jerk * t;
         let near = (self.a - aim.a).abs() <= a
             && (self.v - aim.v).abs() <= a * t
-            && (self.y - aim.y).abs() <= 2e-6 + a * t * t;
+            && (self.y - aim.y).abs() <= NEAR_M + a * t * t;
         if near { *aim } else { *self }
     }
 
@@ -131,6 +127,7 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use control::servo::constants::RESERVE;
 
     const LIMITS: Limits = Limits { speed: 1.4, acceleration: 8.0, jerk: 93.0 };
 

@@ -1,7 +1,8 @@
 //! Stall: the piston stands against something, and the force grows. It grows slowly then, because an obstacle that gives way lets go of
 //! all the force at once, while a load that is only unknown yet is lifted a little later.
 
-use super::tuning::{STANDS_M, Tuning};
+use super::tuning::Tuning;
+use control::servo::constants::{STANDS_M, SUSPECTED};
 
 /// Tells a piston that does not follow its force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,7 +35,7 @@ impl Stall {
     /// but slow to set out has moved by then.
     #[must_use]
     pub fn suspected(&self, tuning: &Tuning) -> bool {
-        self.ticks > tuning.stall_ticks / 4
+        f64::from(self.ticks) > SUSPECTED * f64::from(tuning.stall_ticks)
     }
 
     /// Rate of force, N/s, while the piston is blocked on the way to its target.

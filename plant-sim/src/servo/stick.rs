@@ -2,6 +2,7 @@
 //! and acceleration, which would throw the valve across its dead zone each tick and let no air through.
 
 use super::tuning::Tuning;
+use control::servo::constants::{STICK_CREEP, STICK_MOST};
 
 /// The force that is asked for while the piston sticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,8 +29,8 @@ impl Stick {
         // Below half its limit the mean velocity is mostly noise and would keep the valve awake.
         let noise = 0.5 * tuning.stick_speed;
         let creep = v - v.clamp(-noise, noise);
-        let rate = tuning.stick_gain * tuning.mass * w * w * (w * error - 6.0 * creep);
-        let most = 2.0 * tuning.coulomb;
+        let rate = tuning.stick_gain * tuning.mass * w * w * (w * error - STICK_CREEP * creep);
+        let most = STICK_MOST * tuning.coulomb;
         self.force = (self.force + rate * tuning.tick_s).clamp(force - most, force + most);
         Some(rate + tuning.stick_force_rate * (self.force - force))
     }

@@ -1,6 +1,10 @@
 //! The target as a motion: a streamed target gets a velocity and an acceleration, a step gets none.
 
-use super::reference::{CALM_JERK, Limits, Motion};
+use super::reference::{Limits, Motion};
+use control::servo::constants::{
+    CALM_JERK, DEAD_BAND_M, FOLLOWED, JERK_BANDWIDTH, LONGEST_HOLD_S, LOST, MOST_ACCELERATION, MOST_PER_CHANGE,
+    PEAK_HELD_S, STREAM_BANDWIDTH,
+};
 
 /// Follows a target that arrives as positions only: anew each tick, or held for some by a slower sender; in codes, with noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,24 +42,6 @@ pub struct Aim {
     pub target: f64,
 }
 
-/// Bandwidth with which the derivatives follow, rad/s.
-const BANDWIDTH: f64 = 150.0;
-/// Bandwidth of the jerk, rad/s: one fifth, for it is the third derivative of a target that may come in codes.
-const JERK_BANDWIDTH: f64 = 30.0;
-/// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at
-/// `LOST_PART` none is left.
-pub const FOLLOWED_PART: f64 = 0.25;
-const LOST_PART: f64 = 0.4;
-/// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
-const PEAK_HELD_S: f64 = 1.0;
-
-/// A standing target that changes by no more is the same: the piston would not be moved for it.
-const DEAD_BAND_M: f64 = 20e-6;
-/// A target that stays within the dead band for so long stands: the longest time that a sender may hold a value, s.
-const LONGEST_HOLD_S: f64 = 0.025;
-/// Bandwidth times the time between changes of the target, at most.
-const MOST_PER_CHANGE: f64 = 0.45;
-
 impl Stream {
     /// A target that stands.
     #[must_use]
@@ -81,7 +67,7 @@ impl Stream {
             (self.anchor, self.quiet) = (target, 0);
         }
         // What the derivatives do not follow is a step.
-        let fastest = BANDWIDTH.min(MOST_PER_CHANGE / t);
+        let fastest = STREAM_BANDWIDTH.min(MOST_PER_CHANGE / t);
         let allowed = limits.acceleration / (fastest * fastest);
         let h = f64::from(self.since) * t;
         let change = target - self.last;
@@ -97,11 +83,12 @@ impl Stream {
                 self.stand(target);
                 self.change_v = 0.0;
             } else if changed {
-                let w = BANDWIDTH.min(MOST_PER_CHANGE / h);
+                let w = STREAM_BANDWIDTH.min(MOST_PER_CHANGE / h);
                 let m = &mut self.motion;
                 m.y += 3.0 * w * h * off;
                 m.v += 3.0 * w * w * h * off;
-                m.a = (m.a + w * w * w * h * off).clamp(-4.0 * limits.acceleration, 4.0 * limits.acceleration);
+                let most = MOST_ACCELERATION * limits.acceleration;
+                m.a = (m.a + w * w * w * h * off).clamp(-most, most);
                 self.jerk += (JERK_BANDWIDTH * h).min(1.0) * (w * w * w * off - self.jerk);
             }
         } else if changed {
@@ -121,13 +108,13 @@ impl Stream {
         // What the rig cannot follow is a row of targets without motion: else the reference, planned as seen from a target
         // that itself uses up the limits, would swing beyond it.
         let Motion { y, v, a } = self.motion;
-        let used = (FOLLOWED_PART * v.abs() / limits.speed)
+        let used = (FOLLOWED * v.abs() / limits.speed)
             .max(a.abs() / limits.acceleration)
             .max(self.jerk.abs() / (CALM_JERK * limits.jerk));
         // The peaks count: acceleration and jerk of a sine come in turn.
         self.used = used.max(self.used - t / PEAK_HELD_S * self.used);
         self.arrived |= self.used > 0.0;
-        let followed = ((LOST_PART - self.used) / (LOST_PART - FOLLOWED_PART)).clamp(0.0, 1.0);
+        let followed = ((LOST - self.used) / (LOST - FOLLOWED)).clamp(0.0, 1.0);
         Aim {
             motion: Motion { y, v: followed * v, a: followed * a },
             jerk: followed * self.jerk,

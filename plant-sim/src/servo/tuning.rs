@@ -1,13 +1,9 @@
 //! One rule from the rig's nominal numbers to every constant of the law.
 
 use super::reference::Limits;
+use control::servo::constants::*;
 use plant_model::Rig;
 use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
-
-/// A piston that has moved by less stands, m: the seal gives by up to 0.1 mm before it slides, and the rest is noise.
-pub(super) const STANDS_M: f64 = 0.2e-3;
-/// Time with more force than friction takes until it counts as blocked, s.
-const STALL_S: f64 = 30e-3;
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,10 +119,10 @@ impl Tuning {
             Rule::of(rig, lag_s, tick_s);
         let stick_slip = rig_files::tuning::stick_slip(rig);
         // The velocity of a slipping piston is a difference of positions, and noisier.
-        let mean_s = if stick_slip { 8e-3 } else { 4e-3 };
+        let mean_s = if stick_slip { SLIPPING_MEAN_S } else { MEAN_S };
         let Pneumatics { delay_s, areas_m2: [area_a, area_b], .. } = Pneumatics::of(rig);
         let (supply, atmosphere) = (rig.supply.pressure_pa, rig.supply.atmosphere_pa);
-        let delay_ticks = (delay_s / tick_s).min(31.0) as usize;
+        let delay_ticks = (delay_s / tick_s).min(MOST_DELAY_TICKS as f64) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
         let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
         Self {
@@ -140,12 +136,12 @@ impl Tuning {
             bristle_stiffness: STIFFER * friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
             coulomb: friction.coulomb_n,
-            coulomb_start: if stick_slip { 0.8 } else { 0.92 },
-            unseen_coulomb: 0.8 * friction.coulomb_n,
-            slow_learn: 40.0,
+            coulomb_start: if stick_slip { SLIPPING_COULOMB_START } else { COULOMB_START },
+            unseen_coulomb: UNSEEN_COULOMB_START * friction.coulomb_n,
+            slow_learn: SLOW_LEARN,
             load_bounds: [area_b * atmosphere - area_a * supply, area_b * supply - area_a * atmosphere],
-            standing_ticks: (8e-3 / tick_s) as u32,
-            unlearn: 0.1,
+            standing_ticks: (STANDING_S / tick_s) as u32,
+            unlearn: UNLEARN,
             // What is no whole tick the lag takes up.
             lag_s: lag_s + delay_s - delay_ticks as f64 * tick_s,
             lead_s,
@@ -155,39 +151,40 @@ impl Tuning {
             zone_v: [half_v; 2],
             centre_v,
             most_v: valve.max_voltage_v,
-            blend: 0.01,
-            learn: [10.0, 5.0, 4.5],
-            hold_m: [20e-6, 40e-6],
-            hold_speed: 1.8e-3,
-            hold_ticks: (10e-3 / tick_s) as u32,
-            hold_force: 0.1 * friction.coulomb_n,
-            hold_margin: 0.12 * friction.coulomb_n,
-            hold_band: 3.0
+            blend: BLEND,
+            learn: [LEARN[0], LEARN[1], LEARN[1]],
+            hold_m: HOLD_M,
+            hold_speed: HOLD_SPEED,
+            hold_ticks: (REST_S / tick_s) as u32,
+            hold_force: MOVING * friction.coulomb_n,
+            hold_margin: HELD * friction.coulomb_n,
+            hold_band: HELD_DEVIATIONS
                 * rig.load.mass_kg
                 * observer_w.powi(2)
                 * (3.0 / 16.0 * observer_w * tick_s).sqrt()
-                * super::QUIET_M,
-            coast_ticks: (0.2 / tick_s) as u32,
-            settle_ticks: (32e-3 / tick_s) as u32,
-            trial_ticks: (0.5 / tick_s) as u32,
-            trial: 0.9,
-            doubt: 5.0 * (tick_s / (1.0 / FORCE_RATE + 8e-3)).sqrt(),
-            force_noise_rate: 10.0,
-            stick_speed: 1.6e-3,
-            stick_ticks: (10e-3 / tick_s) as u32,
-            stick_gain: if stick_slip { 3.0 } else { 2.0 },
-            stick_force_rate: law_w / 1.5,
+                * 1e-6
+                * QUIET_UM,
+            coast_ticks: (COAST_S / tick_s) as u32,
+            settle_ticks: (SETTLE_S / tick_s) as u32,
+            trial_ticks: (TRIAL_S / tick_s) as u32,
+            trial: LEAVE[0],
+            doubt: DOUBT * (tick_s / (1.0 / FORCE_RATE + FORCE_MEAN_S)).sqrt(),
+            force_noise_rate: FORCE_NOISE_RATE,
+            stick_speed: STICK_SPEED,
+            stick_ticks: (REST_S / tick_s) as u32,
+            stick_gain: if stick_slip { SLIPPING_STICK_GAIN } else { STICK_GAIN },
+            stick_force_rate: law_w * STICK_FORCE,
             // From one end of the friction to the other, and half as much again, or what makes a free piston turn round
             // and leave its place meanwhile.
             stall_force: 2.0 * friction.coulomb_n
                 + friction.coulomb_n.max(rig.load.mass_kg * 8.0 * STANDS_M / (STALL_S * STALL_S)),
             stall_ticks: (STALL_S / tick_s) as u32,
-            stall_rate: area_a * (supply - atmosphere) / 5.0,
-            hold_weights: [mean_s, mean_s, 8e-3].map(|mean_s| tick_s / mean_s),
-            braking: 0.25 * acceleration,
-            near_m: 0.5e-3,
-            arrived_m: 0.1e-3,
-            slow_weight: tick_s / 64e-3,
+            stall_rate: area_a * (supply - atmosphere) / STALL_GROWTH_S,
+            hold_weights: [mean_s, mean_s, FORCE_MEAN_S].map(|mean_s| tick_s / mean_s),
+            braking: BRAKING * acceleration,
+            near_m: ERROR_M,
+            arrived_m: ARRIVED_M,
+            slow_weight: tick_s / LONG_MEAN_S,
         }
     }
 
