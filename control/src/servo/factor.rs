@@ -8,13 +8,17 @@ use core::marker::PhantomData;
 use fixed::traits::Fixed;
 
 /// A constant factor from a quantity of format `A` to one of format `B`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Factor<A, B> {
     mantissa: i32,
     /// Less one, so that rounding needs no shift of its own; 0 to 31, for a shift across the halves of 64 bits costs twice as much.
     shift: u8,
     formats: PhantomData<(A, B)>,
 }
+
+/// A part of a factor, of which it keeps the shift.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PartOf(i32);
 
 /// A factor between −1 and 1 in the bits of both formats, like the weight of a new value: no product saturates, and the high
 /// half of it is enough. A quarter of a [`Factor`]'s instructions.
@@ -51,16 +55,22 @@ impl<A: Fixed<Bits = i32>, B: Fixed<Bits = i32>> Factor<A, B> {
         Self { mantissa, shift, formats: PhantomData }
     }
 
-    /// A part of the factor, 28 fractional bits, at most one.
-    pub(crate) fn part(self, part: i32) -> Self {
-        Self { mantissa: multiply(self.mantissa, part, 28), ..self }
+    /// A part of the factor, at most all of it, 28 fractional bits.
+    pub(crate) fn part(self, part: i32) -> PartOf {
+        PartOf(multiply(self.mantissa, part, 28))
     }
 
     /// The product, rounded to nearest, before it is saturated.
     #[inline]
     pub(crate) fn wide(self, x: A) -> i64 {
+        self.wide_part(x, PartOf(self.mantissa))
+    }
+
+    /// The same with a part of this factor.
+    #[inline]
+    pub(crate) fn wide_part(self, x: A, part: PartOf) -> i64 {
         // At most 2^62 in magnitude before the shift; the mask shows the compiler that the shift stays within a half.
-        (((i64::from(x.to_bits()) * i64::from(self.mantissa)) >> (self.shift & 31)) + 1) >> 1
+        (((i64::from(x.to_bits()) * i64::from(part.0)) >> (self.shift & 31)) + 1) >> 1
     }
 
     /// The product, rounded to nearest and saturated.

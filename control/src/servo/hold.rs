@@ -86,6 +86,8 @@ pub struct Hold {
     noise: Acceleration,
     pulse: i8,
     cycle: Cycle,
+    /// Whether the reference rests and the piston is not held yet.
+    waits: bool,
     /// Means over the last few ticks.
     pub mean: Means,
 }
@@ -142,8 +144,14 @@ impl Hold {
         } else {
             self.ticks = 0;
         }
-        self.cycle.see(resting && !self.on, self.mean.error, caution.of(limits.leave));
+        self.waits = resting && !self.on;
         self.on
+    }
+
+    /// Counts passes of a target at which the reference rests; errors within `leave` are on no side of it.
+    #[inline]
+    pub(crate) fn see(&mut self, leave: Position) {
+        self.cycle.see(self.waits, self.mean.error, leave);
     }
 
     /// Whether the piston has passed a standing target once more while the reference rested there: friction compensated in excess of what

@@ -1,7 +1,7 @@
 //! The law: a jerk that places three poles at `−w`, and the opening of the valve that gives it.
 
 use super::air::Air;
-use super::factor::{Factor, quotient};
+use super::factor::{Factor, PartOf, quotient};
 use super::friction::FrictionAhead;
 use super::hold::Means;
 use super::reference::Motion;
@@ -21,7 +21,7 @@ pub(crate) struct LawGains {
 }
 
 /// From the errors of acceleration, velocity and position to a jerk.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Feedback {
     /// `3 w`.
     pub(crate) a: Factor<Acceleration, Jerk>,
@@ -31,12 +31,21 @@ pub(crate) struct Feedback {
     pub(crate) y: Factor<Position, Jerk>,
 }
 
+/// The parts of the three that are used, in their order.
+pub(crate) type Parts = [PartOf; 3];
+
 impl Feedback {
     /// At a part of the bandwidth.
-    pub(crate) fn at(&self, bandwidth: Ratio) -> Self {
+    pub(crate) fn at(&self, bandwidth: Ratio) -> Parts {
         let square: Ratio = product(bandwidth, bandwidth);
         let cube: Ratio = product(square, bandwidth);
-        Self { a: self.a.part(bandwidth.to_bits()), v: self.v.part(square.to_bits()), y: self.y.part(cube.to_bits()) }
+        [self.a.part(bandwidth.to_bits()), self.v.part(square.to_bits()), self.y.part(cube.to_bits())]
+    }
+
+    /// The jerk that corrects errors of acceleration, velocity and position.
+    #[inline]
+    pub(super) fn jerk(&self, [a, v, y]: Parts, errors: (Acceleration, Velocity, Position)) -> i64 {
+        self.a.wide_part(errors.0, a) + self.v.wide_part(errors.1, v) + self.y.wide_part(errors.2, y)
     }
 }
 
@@ -111,11 +120,12 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let free = followed.used <= product::<_, _, I6F26>(part, tuning.stream.followed_part);
     let part = if standing || free { part } else { I6F26::ONE };
     let jerk_r = reference.jerk_towards(&followed, &tuning.limits, part);
-    let gains = &state.feedback;
-    let jerk = i64::from(jerk_r.to_bits())
-        + gains.a.wide(reference.a.saturating_sub(estimate.a))
-        + gains.v.wide(reference.v.saturating_sub(estimate.v))
-        + gains.y.wide(reference.position().saturating_sub(estimate.y));
+    let errors = (
+        reference.a.saturating_sub(estimate.a),
+        reference.v.saturating_sub(estimate.v),
+        reference.position().saturating_sub(estimate.y),
+    );
+    let jerk = i64::from(jerk_r.to_bits()) + tuning.law.feedback.jerk(state.feedback, errors);
     let by_motion: Jerk = product(air.stiffness, estimate.v.saturating_add(tuning.lead.of(reference.a)));
     let mass = state.body.mass;
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);

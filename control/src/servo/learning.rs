@@ -5,7 +5,7 @@
 //! and mass explain.
 
 use super::air::Air;
-use super::constants::{GAIN_ANGLE, SLIDING, ZONE_V};
+use super::constants::{GAIN_ANGLE, MASS_PART, SLIDING, UNLEARN, ZONE_V};
 use super::factor::{Factor, Share, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::learned::Quantity;
@@ -18,6 +18,10 @@ use crate::quantities::{Velocity, Voltage};
 const WIDE: Angle = Angle::from_bits(bits(GAIN_ANGLE, Angle::FRAC_NBITS));
 const ZONE: Voltage = Voltage::from_bits(bits(ZONE_V, Voltage::FRAC_NBITS));
 const SLIDES: Velocity = Velocity::from_bits(bits(SLIDING, Velocity::FRAC_NBITS));
+/// What is kept of the friction, or of the bandwidth, each time that the piston passes a standing target once more.
+const KEPT: Ratio = Ratio::from_bits(bits(1.0 - UNLEARN, Ratio::FRAC_NBITS));
+/// [`MASS_PART`].
+const OF_MASS: Ratio = Ratio::from_bits(bits(MASS_PART, Ratio::FRAC_NBITS));
 /// Bounds of the valve's flow over its nominal flow.
 pub(super) const GAIN_BOUNDS: [Ratio; 2] = Quantity::FlowRight.ratio_limits();
 /// Bounds of the mass over its nominal value.
@@ -56,10 +60,6 @@ pub(crate) struct LearningRates {
     pub(crate) slips: bool,
     /// Nominal Coulomb friction.
     pub(crate) coulomb: Acceleration,
-    /// What of it is unlearned each time that the piston passes a standing target.
-    pub(crate) unlearn: Share<Acceleration, Acceleration>,
-    /// What of the bandwidth is given up each time that a piston that swings passes its target.
-    pub(crate) slow_down: Share<Ratio, Ratio>,
     /// Its bounds.
     pub(crate) coulomb_bounds: [Acceleration; 2],
     /// Nominal viscous friction.
@@ -70,8 +70,6 @@ pub(crate) struct LearningRates {
     pub(crate) viscous_part: Factor<Velocity, Acceleration>,
     /// From the acceleration to the inertia in parts of the Coulomb friction.
     pub(crate) inertia_part: Factor<Acceleration, Acceleration>,
-    /// Part of the friction's rate with which the mass is learned: a first move ends before its friction is told from its mass.
-    pub(crate) mass_part: Share<Part, Part>,
 }
 
 /// The spool's lag as learned.
@@ -141,13 +139,13 @@ pub(crate) fn learn_valve(
 #[inline]
 pub(crate) fn unlearn_friction(body: &mut Body, rates: &LearningRates) {
     let [least, _] = rates.coulomb_bounds;
-    body.coulomb = body.coulomb.saturating_sub(rates.unlearn.of(body.coulomb)).max(least);
+    body.coulomb = product::<_, _, Acceleration>(body.coulomb, KEPT).max(least);
 }
 
 /// The law's bandwidth, less where a limit cycle goes on: the rig answers later than its file says, by hoses or a sensor's filter.
 #[inline]
-pub(crate) fn slow_down(bandwidth: &mut Ratio, rates: &LearningRates) {
-    *bandwidth = bandwidth.saturating_sub(rates.slow_down.of(*bandwidth)).max(BANDWIDTH_BOUNDS[0]);
+pub(crate) fn slow_down(bandwidth: &mut Ratio) {
+    *bandwidth = product::<_, _, Ratio>(*bandwidth, KEPT).max(BANDWIDTH_BOUNDS[0]);
 }
 
 /// The load, from what the disturbance of one tick shows `beyond` it. Over moves both ways that is the load alone, because friction
@@ -190,7 +188,7 @@ pub(crate) fn learn_body(body: &mut Body, estimate: &mut Estimate, approaches: b
     };
     let step = rates.body.of(wrong).to_bits();
     let friction_step = multiply(step, over_square(viscous, 1 << 16), 26);
-    let mass_step = rates.mass_part.of(Part::from_bits(multiply(step, over_square(inert, inert.to_bits()), 26)));
+    let mass_step: Part = product(Part::from_bits(multiply(step, over_square(inert, inert.to_bits()), 26)), OF_MASS);
     let before = *body;
     let coulomb = Acceleration::from_bits(multiply(friction_step, rates.coulomb.to_bits(), 26));
     let asked = before.coulomb.saturating_add(coulomb);

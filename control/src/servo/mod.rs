@@ -57,7 +57,7 @@ use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
 use friction::FrictionAhead;
 use hold::Hold;
 use inversion::ValveModel;
-use law::Feedback;
+use law::Parts;
 use learned::Learned;
 use learning::Lag;
 use observer::{Body, Estimate, Opening};
@@ -162,8 +162,8 @@ pub struct ServoState {
     pub bandwidth: Ratio,
     /// Hold.
     pub hold: Hold,
-    /// The law's gains at that bandwidth.
-    feedback: Feedback,
+    /// The parts of the law's gains at that bandwidth.
+    feedback: Parts,
     /// The part of the limits that the reference of a standing target uses.
     pace: Part,
     stream: Stream,
@@ -340,12 +340,14 @@ impl Tuning {
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
         state.stall.see(state.estimate.y, state.estimate.force, &self.stall);
+        let leave = self.caution(state.noise).of(self.hold.leave);
+        state.hold.see(leave);
         if state.hold.take_pass() {
             learning::unlearn_friction(&mut state.body, &self.learning);
         }
-        state.swings.see(state.stays, state.hold.mean.error, self.caution(state.noise).of(self.hold.leave));
+        state.swings.see(state.stays, state.hold.mean.error, leave);
         if state.swings.take_pass(MOST_SWINGS) {
-            learning::slow_down(&mut state.bandwidth, &self.learning);
+            learning::slow_down(&mut state.bandwidth);
             state.feedback = self.law.feedback.at(state.bandwidth);
             state.pace = state.valve.part_of_limits(state.bandwidth);
         }

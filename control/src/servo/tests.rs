@@ -385,15 +385,19 @@ fn a_piston_that_goes_on_swinging_about_a_standing_target_gives_up_bandwidth_dow
 
 #[test]
 fn less_bandwidth_takes_its_cube_of_the_position_its_square_of_the_velocity_and_itself_of_the_acceleration() {
-    let full = tuning().law.feedback;
-    assert_eq!(full.at(Ratio::ONE), full);
-    let half = full.at(Ratio::from_num(0.5));
-    let (y, v, a) = (metres(1e-3), Velocity::from_num(0.1), Acceleration::from_num(10));
-    for (whole, part, expected) in
-        [(full.y.of(y), half.y.of(y), 0.125), (full.v.of(v), half.v.of(v), 0.25), (full.a.of(a), half.a.of(a), 0.5)]
-    {
-        assert!((value(part) / value(whole) - expected).abs() < 1e-4, "{part} of {whole}");
+    let gains = tuning().law.feedback;
+    let (full, half) = (gains.at(Ratio::ONE), gains.at(Ratio::from_num(0.5)));
+    let none = (Acceleration::ZERO, Velocity::ZERO, Position::ZERO);
+    for (errors, expected) in [
+        ((Acceleration::from_num(10), none.1, none.2), 0.5),
+        ((none.0, Velocity::from_num(0.1), none.2), 0.25),
+        ((none.0, none.1, metres(1e-3)), 0.125),
+    ] {
+        let [whole, part] = [full, half].map(|parts| gains.jerk(parts, errors));
+        assert!((part as f64 / whole as f64 - expected).abs() < 1e-4, "{part} of {whole}");
     }
+    let w = 68.10603;
+    assert!((gains.jerk(full, (none.0, none.1, metres(1e-3))) as f64 / 256.0 / (w * w * w * 1e-3) - 1.0).abs() < 1e-4);
 }
 
 #[test]

@@ -215,7 +215,6 @@ impl Tuning {
                 viscous_bounds: Quantity::Viscous.parts().map(|bound| exactly(bound * viscous)),
                 viscous_part: Factor::new(viscous / unit),
                 inertia_part: Factor::new(1.0 / unit),
-                mass_part: Share::new(MASS_PART),
                 zone_bounds: valve.zones.map(|zone| {
                     Quantity::ZoneRight
                         .parts()
@@ -228,8 +227,6 @@ impl Tuning {
                 ],
                 slowly: Share::new(SLOW_LEARN * t),
                 slips: p.servo_stick_slip,
-                unlearn: Share::new(UNLEARN),
-                slow_down: Share::new(UNLEARN),
                 coulomb_bounds: Quantity::Coulomb.parts().map(|bound| exactly(bound * coulomb)),
             },
             valve,
