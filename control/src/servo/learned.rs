@@ -3,6 +3,7 @@
 use super::inversion::ValveModel;
 use super::observer::Body;
 use super::{Acceleration, Damping, Ratio, Ticks};
+use crate::arithmetic::bits;
 use crate::parameters::Key;
 use crate::quantities::Voltage;
 
@@ -148,8 +149,8 @@ impl Quantity {
 
     /// The same of a ratio, whose nominal value is one.
     pub(super) const fn ratio_limits(self) -> [Ratio; 2] {
-        let ([least, most], one) = (self.parts(), (1_u32 << Ratio::FRAC_NBITS) as f64);
-        [Ratio::from_bits((least * one + 0.5) as i32), Ratio::from_bits((most * one + 0.5) as i32)]
+        let [least, most] = self.parts();
+        [Ratio::from_bits(bits(least, Ratio::FRAC_NBITS)), Ratio::from_bits(bits(most, Ratio::FRAC_NBITS))]
     }
 
     /// What the last bit of the tick's number stands for, in the quantity's unit.

@@ -138,19 +138,22 @@ pub(crate) fn out_of_reach(problem: &Problem<'_>, fit: &Fit) -> bool {
 
 /// Whether a fit leaves a balance far from white noise.
 pub(crate) fn open(problem: &Problem<'_>, fit: &Fit) -> bool {
-    any_beyond(problem, problem.judgeable, constants::open(), |channel| fit.channel_cost[channel as usize])
+    open_in(problem, fit, problem.judgeable)
 }
 
 /// Whether a fit leaves a chamber's balance far from white noise.
 pub(crate) fn open_chambers(problem: &Problem<'_>, fit: &Fit) -> bool {
-    let chambers = Channel::PressureA.bit() | Channel::PressureB.bit();
-    any_beyond(problem, chambers, constants::open(), |channel| fit.channel_cost[channel as usize])
+    open_in(problem, fit, Channel::PressureA.bit() | Channel::PressureB.bit())
 }
 
 /// Whether a fit leaves all balances that an effect acts on near white noise.
 pub(crate) fn near_noise(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> bool {
-    let channels = effects::channels(effect);
-    !any_beyond(problem, channels, constants::open(), |channel| fit.channel_cost[channel as usize])
+    !open_in(problem, fit, effects::channels(effect))
+}
+
+/// Whether a fit leaves the balance of one of some channels far from white noise.
+fn open_in(problem: &Problem<'_>, fit: &Fit, channels: Channels) -> bool {
+    any_beyond(problem, channels, constants::open(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// Whether a fit leaves a balance that noise alone does not explain.
