@@ -378,6 +378,21 @@ impl<R: Real> Plant<R> {
         self.curve.as_ref()
     }
 
+    /// Whether another plant is the same but for what leads from the command to the valve's opening: delay, hysteresis and lag
+    /// of the spool, dead zone, opening curve.
+    #[must_use]
+    pub fn differs_in_opening_only(&self, other: &Self) -> bool {
+        let mut alike = *other;
+        alike.model.dead_zone = self.model.dead_zone;
+        alike.curve = self.curve;
+        alike.added.opening_curve = self.added.opening_curve;
+        alike.added.line_delay = self.added.line_delay;
+        alike.added.valve_hysteresis = self.added.valve_hysteresis;
+        alike.added.valve_lag = self.added.valve_lag;
+        alike.extended = self.extended;
+        alike == *self
+    }
+
     /// Whether a spring in chamber B takes the place of its air, which is at atmospheric pressure.
     #[must_use]
     pub fn is_single_acting(&self) -> bool {

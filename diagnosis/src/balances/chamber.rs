@@ -1,6 +1,6 @@
 //! The mass balance of one chamber: its pressure predicted from command, position and supply (3.2 to 3.7).
 
-use super::compression::{Geometry, Stroke};
+use super::compression::{Geometry, Place, Stroke};
 use super::correction::Correction;
 use super::decay::Decay;
 use super::in_turns::{Prediction, halves, in_turns};
@@ -56,31 +56,31 @@ pub(crate) fn innovations(
 }
 
 /// The prediction of a chamber's pressure over some stretches, one sample after the other.
-struct Pressure<'a> {
-    exchange: Exchange<'a>,
-    compression: &'a [Stroke],
-    correction: &'a Correction,
+pub(super) struct Pressure<'a> {
+    pub(super) exchange: Exchange<'a>,
+    pub(super) compression: &'a [Stroke],
+    pub(super) correction: &'a Correction,
     /// Pressure as logged, Pa.
     measured: &'a [f64],
-    pressure_lag: PressureLag<f64>,
-    decay: Option<Decay>,
+    pub(super) pressure_lag: PressureLag<f64>,
+    pub(super) decay: Option<Decay>,
     /// What is left behind the stretch at hand.
     stretches: &'a [Stretch],
     /// The sample at hand, and the end of its stretch.
-    k: usize,
-    end: usize,
+    pub(super) k: usize,
+    pub(super) end: usize,
     /// The sample's place in the compression and the correction.
-    place: usize,
+    pub(super) place: usize,
     /// Pressure, and what its sensor has made of it so far, Pa.
-    p: f64,
+    pub(super) p: f64,
     sensed: f64,
-    warmth: f64,
+    pub(super) warmth: f64,
     errors: Vec<f64>,
 }
 
 impl<'a> Pressure<'a> {
     /// Before the first sample of some stretches; second, its place in the drive's compression and correction.
-    fn new(
+    pub(super) fn new(
         record: &'a Record,
         plant: &'a Plant<f64>,
         drive: &'a Drive<'a>,
@@ -133,6 +133,19 @@ impl Prediction for Pressure<'_> {
 
     #[inline(always)]
     fn step(&mut self) {
+        self.judge();
+        self.advance();
+    }
+
+    fn errors(self) -> Vec<f64> {
+        self.errors
+    }
+}
+
+impl Pressure<'_> {
+    /// Judges the sample at hand and corrects the prediction.
+    #[inline(always)]
+    pub(super) fn judge(&mut self) {
         let Exchange { record, plant, side, .. } = self.exchange;
         let (k, place) = (self.k, self.place);
         if record.is_row(k) {
@@ -143,13 +156,19 @@ impl Prediction for Pressure<'_> {
             self.p += drawn;
             self.sensed += drawn;
         }
+    }
+
+    /// Predicts the next sample.
+    #[inline(always)]
+    pub(super) fn advance(&mut self) {
+        let (k, place) = (self.k, self.place);
         self.k += 1;
         self.place += 1;
         if self.k == self.end {
             self.next_stretch(k);
             return;
         }
-        let (before, dt_s) = (self.p, record.interval_s(k));
+        let (before, dt_s) = (self.p, self.exchange.record.interval_s(k));
         (self.p, self.warmth) = self.exchange.over(k, dt_s, &self.compression[place], (before, self.warmth));
         // The lag sees a pressure that changes linearly over the interval.
         let lag = self.pressure_lag;
@@ -158,19 +177,15 @@ impl Prediction for Pressure<'_> {
             None => self.p,
         };
     }
-
-    fn errors(self) -> Vec<f64> {
-        self.errors
-    }
 }
 
 /// The exchange of air and heat of one chamber from sample to sample.
-struct Exchange<'a> {
-    record: &'a Record,
-    plant: &'a Plant<f64>,
-    side: Side,
-    air: Air<'a>,
-    law: Option<&'a WallHeatLaw<f64>>,
+pub(super) struct Exchange<'a> {
+    pub(super) record: &'a Record,
+    pub(super) plant: &'a Plant<f64>,
+    pub(super) side: Side,
+    pub(super) air: Air<'a>,
+    pub(super) law: Option<&'a WallHeatLaw<f64>>,
     walls: Walls<f64>,
 }
 
@@ -184,7 +199,20 @@ impl<'a> Exchange<'a> {
     /// Pressure in Pa and warmth of the air after `dt_s` with the valve as at sample `k`: half of the piston's way, the exchange,
     /// the other half.
     #[inline(always)]
-    fn over(&self, k: usize, dt_s: f64, stroke: &Stroke, (mut p, mut warmth): (f64, f64)) -> (f64, f64) {
+    fn over(&self, k: usize, dt_s: f64, stroke: &Stroke, air_there: (f64, f64)) -> (f64, f64) {
+        self.with_opening(self.air.openings[k], k, dt_s, stroke, air_there)
+    }
+
+    /// [`Exchange::over`] with a signed opening in rad in place of that at sample `k`.
+    #[inline(always)]
+    pub(super) fn with_opening(
+        &self,
+        opening: f64,
+        k: usize,
+        dt_s: f64,
+        stroke: &Stroke,
+        (mut p, mut warmth): (f64, f64),
+    ) -> (f64, f64) {
         let Self { record, plant, side, air, .. } = *self;
         let is_a = side == Side::A;
         let beyond = if is_a { Side::B } else { Side::A };
@@ -192,7 +220,6 @@ impl<'a> Exchange<'a> {
             warmth = law.compressed(warmth, stroke.first_half);
         }
         p *= stroke.first_half;
-        let opening = air.openings[k];
         let fills = (opening >= 0.0) == is_a;
         let flow = plant.valve_inflow(side, stroke.y_m, fills, opening.abs(), p, air.supply_pa[k]);
         let mut flow = ChamberFlow { mass_flow: flow.mass_flow, by_chamber: flow.by_chamber, by_other: 0.0 };
@@ -210,6 +237,12 @@ impl<'a> Exchange<'a> {
         ((p * stroke.second_half).max(1.0e3), warmth)
     }
 
+    /// The pressure at a sample as measured, Pa.
+    fn measured_pa(&self, k: usize) -> f64 {
+        let smooth = self.record.chamber(self.side).smooth;
+        self.plant.true_pressure_pa(self.side, smooth.value[k], smooth.slope[k])
+    }
+
     /// Surface of the walls over the volume between two samples `dt_s` apart, 1/m.
     fn surface_per_m(&self, stroke: &Stroke, dt_s: f64) -> f64 {
         self.walls.surface_per_m(stroke.pa_s_per_kg / (self.plant.energy_j_per_kg() * dt_s))
@@ -223,35 +256,73 @@ pub(crate) fn warmths(
     plant: &Plant<f64>,
     side: Side,
     air: Air<'_>,
-    (start, mut warmth): (usize, f64),
+    (start, warmth): (usize, f64),
     (end, stride): (usize, usize),
 ) -> Vec<f64> {
-    let geometry = Geometry::of(plant, side);
-    let exchange = Exchange::new(record, plant, side, Air { added_kg_per_s: &[], ..air });
-    let smooth = record.chamber(side).smooth;
-    let p = |k: usize| plant.true_pressure_pa(side, smooth.value[k], smooth.slope[k]);
+    let mut meanwhile = Meanwhile::new(record, plant, side, air, start);
     let mut out = vec![warmth];
-    let (mut k, mut here) = (start, geometry.place(record, plant, start));
-    while k < end {
-        let next = (k + stride).min(end);
-        let place = geometry.place(record, plant, next);
-        let dt_s = record.t_s[next] - record.t_s[k];
-        let stroke = geometry.stroke(here, place, dt_s);
-        warmth = match exchange.law {
-            Some(law) if missing_between(&record.t_s, (k, next), record.quality.interval_s) => {
-                law.meanwhile([p(k), p(next)], warmth, exchange.surface_per_m(&stroke, dt_s), dt_s)
-            }
-            // The valve as it is in the middle of the way.
-            _ => exchange.over((k + next) / 2, dt_s, &stroke, (p(k), warmth)).1,
-        };
+    while meanwhile.k < end {
+        let middle = meanwhile.towards((meanwhile.k + stride).min(end));
+        let warmth = meanwhile.warmth(out[out.len() - 1], air.openings[middle]);
         out.push(warmth);
-        (k, here) = (next, place);
     }
     out
 }
 
+/// The warmth of a chamber's air with its pressure as measured, in steps of some samples.
+pub(super) struct Meanwhile<'a> {
+    exchange: Exchange<'a>,
+    geometry: Geometry,
+    /// The sample where the step at hand ends, and the piston's place there.
+    pub(super) k: usize,
+    here: Place,
+    /// What happens on the step at hand: the sample in its middle, its duration in s, the stroke, the pressures before and after in
+    /// Pa, and whether rows are missing there.
+    middle: usize,
+    dt_s: f64,
+    stroke: Stroke,
+    p_pa: [f64; 2],
+    is_unknown: bool,
+}
+
+impl<'a> Meanwhile<'a> {
+    /// Before the first step from a sample.
+    pub(super) fn new(record: &'a Record, plant: &'a Plant<f64>, side: Side, air: Air<'a>, start: usize) -> Self {
+        let geometry = Geometry::of(plant, side);
+        let exchange = Exchange::new(record, plant, side, Air { added_kg_per_s: &[], ..air });
+        let here = geometry.place(record, plant, start);
+        let p = exchange.measured_pa(start);
+        let stroke = geometry.stroke(here, here, 0.0);
+        Self { exchange, geometry, k: start, here, middle: start, dt_s: 0.0, stroke, p_pa: [p; 2], is_unknown: false }
+    }
+
+    /// Begins the step to a sample; returns the one in the middle, whose opening counts.
+    pub(super) fn towards(&mut self, next: usize) -> usize {
+        let (record, k) = (self.exchange.record, self.k);
+        let place = self.geometry.place(record, self.exchange.plant, next);
+        self.dt_s = record.t_s[next] - record.t_s[k];
+        self.stroke = self.geometry.stroke(self.here, place, self.dt_s);
+        self.p_pa = [self.p_pa[1], self.exchange.measured_pa(next)];
+        self.is_unknown = missing_between(&record.t_s, (k, next), record.quality.interval_s);
+        self.middle = (k + next) / 2;
+        (self.k, self.here) = (next, place);
+        self.middle
+    }
+
+    /// The warmth after the step at hand, from that before.
+    pub(super) fn warmth(&self, before: f64, opening: f64) -> f64 {
+        let Self { exchange, stroke, dt_s, .. } = self;
+        match exchange.law {
+            Some(law) if self.is_unknown => {
+                law.meanwhile(self.p_pa, before, exchange.surface_per_m(stroke, *dt_s), *dt_s)
+            }
+            _ => exchange.with_opening(opening, self.middle, *dt_s, stroke, (self.p_pa[0], before)).1,
+        }
+    }
+}
+
 /// Steps of about [`constants::warmth_step_s`], in samples.
-fn warmth_stride(step_s: f64) -> usize {
+pub(super) fn warmth_stride(step_s: f64) -> usize {
     ((constants::warmth_step_s() / step_s.max(1.0e-6)).round() as usize).max(1)
 }
 

@@ -19,6 +19,7 @@ pub(crate) mod correction;
 mod decay;
 mod in_turns;
 pub(crate) mod judged;
+pub(crate) mod linearised;
 pub(crate) mod momentum;
 pub(crate) mod observers;
 pub(crate) mod piston;

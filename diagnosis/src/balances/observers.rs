@@ -1,14 +1,17 @@
 //! All balances of a model run over a log.
 
 use super::added::Added;
-use super::compression::{Geometry, compression};
-use super::correction::correction;
+use super::compression::{Geometry, Stroke, compression};
+use super::correction::{Correction, correction};
+use super::linearised::{Linearised, SIDE_BY_SIDE};
 use super::shared::Signals;
 use super::{chamber, momentum, piston, supply, valve};
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
 use crate::data::split::Stretch;
 use plant_model::{Plant, Side};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Which balances the log allows.
 pub(crate) fn judgeable(record: &Record) -> Channels {
@@ -77,6 +80,69 @@ pub(crate) fn innovations(
     out
 }
 
+/// What drives the chambers' balances.
+struct Air {
+    openings: Arc<Vec<f64>>,
+    supply: supply::SupplyPressure,
+    /// Of the wanted chambers.
+    sides: [Option<Judged>; 2],
+}
+
+/// What the piston's motion does in a chamber, and how its prediction is judged and corrected.
+type Judged = (Arc<Vec<Stroke>>, Arc<Correction>);
+
+impl Air {
+    fn of(
+        record: &Record,
+        signals: &Signals,
+        plant: &Plant<f64>,
+        added: &Added,
+        stretches: &[Stretch],
+        wanted: Channels,
+    ) -> Self {
+        let parts = (!remembers(plant)).then(|| stretches.to_vec());
+        let places = || valve::places(record, plant, parts.as_deref());
+        let make = || {
+            let places = signals.places.of((valve::Travel::of(plant), parts.clone()), places);
+            valve::openings_at(&places, record, plant)
+        };
+        let openings = signals.openings.of((valve::Path::of(plant), parts.clone()), make);
+        let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
+        let side = |(channel, side): (Channel, Side)| {
+            let geometry = Geometry::of(plant, side);
+            let key = || stretches.to_vec();
+            (wanted & channel.bit() != 0).then(|| {
+                let strokes = || compression(record, plant, &geometry, stretches);
+                let corrections = || correction(record, side, stretches);
+                (signals.compression.of((geometry, key()), strokes), signals.corrections.of((side, key()), corrections))
+            })
+        };
+        Self { openings, supply, sides: CHAMBERS.map(side) }
+    }
+
+    fn drives<'a>(&'a self, added: &'a Added) -> [Option<chamber::Drive<'a>>; 2] {
+        let drive = |(side, (compression, correction)): (Side, &Judged)| chamber::Drive {
+            side,
+            compression: Arc::clone(compression),
+            correction: Arc::clone(correction),
+            air: chamber::Air {
+                openings: &self.openings,
+                supply_pa: &self.supply.at_valve,
+                added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
+            },
+        };
+        let [a, b] = &self.sides;
+        [(Side::A, a), (Side::B, b)].map(|(side, of)| of.as_ref().map(|of| drive((side, of))))
+    }
+}
+
+const CHAMBERS: [(Channel, Side); 2] = [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)];
+
+/// Whether the air remembers, from between stretches, what the valve did there: a drooping supply and warm walls do.
+fn remembers(plant: &Plant<f64>) -> bool {
+    plant.added().supply_droop.droop_pa_s_per_kg > 0.0 || plant.added().wall_heat.law.is_some()
+}
+
 /// The wanted balances of the air.
 fn of_air(
     record: &Record,
@@ -89,41 +155,53 @@ fn of_air(
     let mut out = Innovations::default();
     let flows = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Supply.bit();
     if wanted & flows != 0 {
-        // What a drooping supply and warm walls remember from between the stretches, the openings there decide.
-        let remembers = plant.added().supply_droop.droop_pa_s_per_kg > 0.0 || plant.added().wall_heat.law.is_some();
-        let parts = (!remembers).then(|| stretches.to_vec());
-        let places = || valve::places(record, plant, parts.as_deref());
-        let make = || {
-            let places = signals.places.of((valve::Travel::of(plant), parts.clone()), places);
-            valve::openings_at(&places, record, plant)
-        };
-        let openings = signals.openings.of((valve::Path::of(plant), parts.clone()), make);
-        let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
-        let drive = |(channel, side): (Channel, Side)| {
-            let geometry = Geometry::of(plant, side);
-            let key = || stretches.to_vec();
-            (wanted & channel.bit() != 0).then(|| chamber::Drive {
-                side,
-                compression: signals
-                    .compression
-                    .of((geometry, key()), || compression(record, plant, &geometry, stretches)),
-                correction: signals.corrections.of((side, key()), || correction(record, side, stretches)),
-                air: chamber::Air {
-                    openings: &openings,
-                    supply_pa: &supply.at_valve,
-                    added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
-                },
-            })
-        };
-        let drives = [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)].map(drive);
+        let air = Air::of(record, signals, plant, added, stretches, wanted);
+        let drives = air.drives(added);
         let [a, b] = chamber::innovations(record, plant, stretches, drives.each_ref().map(Option::as_ref));
         out.channels[Channel::PressureA as usize] = a;
         out.channels[Channel::PressureB as usize] = b;
         out.log_widths = drives.iter().flatten().map(|drive| drive.correction.log_widths).sum();
         if wanted & Channel::Supply.bit() != 0 {
             out.channels[Channel::Supply as usize] =
-                supply::innovations(record, stretches, &supply.predicted, added.supply_sensor_pa);
+                supply::innovations(record, stretches, &air.supply.predicted, added.supply_sensor_pa);
         }
     }
     out
+}
+
+/// What small changes of the opening make of the errors of the wanted chambers: for each of some plants that differ from one
+/// [in the opening only](Plant::differs_in_opening_only), the change of the errors to first order. The plant's supply must not
+/// droop, which opening a valve would change.
+pub(crate) fn by_openings(
+    record: &Record,
+    signals: &Signals,
+    (plant, others): (&Plant<f64>, &[Plant<f64>]),
+    added: &Added,
+    stretches: &[Stretch],
+    wanted: Channels,
+) -> Vec<Innovations> {
+    let air = Air::of(record, signals, plant, added, stretches, wanted);
+    let drives = air.drives(added);
+    let linearised = |place: usize| drives[place].as_ref().map(|d| Linearised::of(record, plant, stretches, d));
+    let (a, b) = rayon::join(|| linearised(0), || linearised(1));
+    let parts = (!remembers(plant)).then_some(stretches);
+    let changes = |other: &Plant<f64>| -> Vec<f64> {
+        let key = || (valve::Travel::of(other), parts.map(<[Stretch]>::to_vec));
+        let places = signals.places.of(key(), || valve::places(record, other, parts));
+        let moved = valve::openings_at(&places, record, other);
+        moved.iter().zip(&*air.openings).map(|(moved, as_is)| moved - as_is).collect()
+    };
+    let together = |others: &[Plant<f64>]| -> Vec<Innovations> {
+        let changes: Vec<Vec<f64>> = others.iter().map(changes).collect();
+        let side_by_side = core::array::from_fn(|lane| &changes.get(lane).unwrap_or(&changes[0])[..]);
+        let mut out = vec![Innovations::default(); others.len()];
+        for (of_side, (channel, _)) in [&a, &b].into_iter().zip(CHAMBERS) {
+            let Some(of_side) = of_side else { continue };
+            for (out, errors) in out.iter_mut().zip(of_side.errors_by(side_by_side)) {
+                out.channels[channel as usize] = errors;
+            }
+        }
+        out
+    };
+    others.par_chunks(SIDE_BY_SIDE).flat_map_iter(together).collect()
 }

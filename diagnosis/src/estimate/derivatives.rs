@@ -51,9 +51,18 @@ impl Problem<'_> {
         columns: &mut [Residuals],
     ) {
         let companions = self.companions(hypothesis);
-        columns.par_iter_mut().enumerate().filter(|(index, _)| wanted(*index)).for_each(|(index, column)| {
-            *column = self.difference_quotient(hypothesis, at, index, &companions[index]);
-        });
+        let through_opening = self.through_opening(hypothesis, at.0, &wanted);
+        let by_opening = || self.by_opening(hypothesis, at.0, &through_opening);
+        let others = |index: usize| wanted(index) && !through_opening.iter().any(|moved| moved.index == index);
+        let differences = || {
+            columns.par_iter_mut().enumerate().filter(|(index, _)| others(*index)).for_each(|(index, column)| {
+                *column = self.difference_quotient(hypothesis, at, index, &companions[index]);
+            });
+        };
+        let (by_opening, ()) = rayon::join(by_opening, differences);
+        for (moved, column) in through_opening.iter().zip(by_opening) {
+            columns[moved.index] = column;
+        }
         for index in (0..columns.len()).filter(|index| wanted(*index)) {
             separated(hypothesis, columns, (index, &companions[index]));
         }
@@ -75,10 +84,7 @@ impl Problem<'_> {
             if wanted == 0 {
                 continue;
             }
-            let mut step = relative * parameter.scale;
-            if values[index] + step > parameter.max || hypothesis.open_side(values, index, step) < 0.0 {
-                step = -step;
-            }
+            let mut step = hypothesis.step(values, index, relative);
             let after =
                 |step: f64| self.evaluate(hypothesis, &moved(hypothesis, values, (index, step), companions), wanted);
             let residuals = after(step).or_else(|| {

@@ -27,6 +27,12 @@ impl Effort {
         self.halves.fetch_add(samples * halves, Ordering::Relaxed);
     }
 
+    /// The balances of some chambers have been linearised by the opening, for so many parameters: that takes three predictions, and
+    /// a third of one for each parameter.
+    pub(crate) fn add_linearised(&self, samples: usize, chambers: Channels, plant: &Plant<f64>, parameters: usize) {
+        self.add(samples * (9 + parameters) / 3, chambers, plant);
+    }
+
     /// Millions of samples so far. To be asked only where no evaluation is under way.
     pub(crate) fn millions(&self) -> f64 {
         self.halves.load(Ordering::Relaxed) as f64 * 0.5e-6

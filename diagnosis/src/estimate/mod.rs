@@ -13,3 +13,4 @@ pub(crate) mod optimiser;
 pub(crate) mod principal_axes;
 pub(crate) mod problem;
 mod secant;
+mod through_opening;

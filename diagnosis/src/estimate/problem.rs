@@ -14,7 +14,7 @@ use crate::model::effects;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::DMatrix;
-use plant_model::Effect;
+use plant_model::{Effect, Plant};
 use rig_files::RigFile;
 use std::sync::OnceLock;
 
@@ -120,7 +120,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What a hypothesis adds to its plant.
-    fn added(&self, hypothesis: &Hypothesis, values: &[f64]) -> Added {
+    pub(super) fn added(&self, hypothesis: &Hypothesis, values: &[f64]) -> Added {
         let terms = term_library::sum(self.terms, hypothesis.factors(values));
         Added { supply_sensor_pa: hypothesis.supply_sensor_pa(values), ..terms }
     }
@@ -133,6 +133,19 @@ impl<'a> Problem<'a> {
         let innovations =
             observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
         Some(average_neighbours(&innovations, self.record.averaged()))
+    }
+
+    /// Changes of the averaged innovations by small changes of the opening, see [`observers::by_openings`].
+    pub(super) fn by_openings_of(
+        &self,
+        (plant, others): (&Plant<f64>, &[Plant<f64>]),
+        added: &Added,
+        wanted: Channels,
+    ) -> Vec<Residuals> {
+        self.effort.add_linearised(samples(&self.stretches), wanted, plant, others.len());
+        let (record, stretches) = (self.record, &self.stretches);
+        let changes = observers::by_openings(record, self.signals, (plant, others), added, stretches, wanted);
+        changes.iter().map(|changes| average_neighbours(changes, record.averaged())).collect()
     }
 
     /// Costs by channel, summed over some channels with the problem's dispersion.

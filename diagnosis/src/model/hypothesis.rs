@@ -273,9 +273,17 @@ impl Hypothesis {
         }
     }
 
+    /// The step of a parameter's difference quotient, `relative` to its scale, to the side where it does not leave its bounds.
+    pub(crate) fn step(&self, values: &[f64], index: usize, relative: f64) -> f64 {
+        let parameter = &self.parameters[index];
+        let step = relative * parameter.scale;
+        let passes = values[index] + step > parameter.max || self.open_side(values, index, step) < 0.0;
+        if passes { -step } else { step }
+    }
+
     /// The direction in which a parameter can move without passing one that it must stay above or below: 1, −1, or 0 where it
     /// is free within `step`.
-    pub(crate) fn open_side(&self, values: &[f64], index: usize, step: f64) -> f64 {
+    fn open_side(&self, values: &[f64], index: usize, step: f64) -> f64 {
         for [larger, smaller] in self.ordered_places() {
             if (index == larger || index == smaller) && values[larger] - values[smaller] < step.abs() {
                 return if index == larger { 1.0 } else { -1.0 };

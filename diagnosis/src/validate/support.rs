@@ -52,32 +52,37 @@ pub(crate) fn supported(
     };
     let unnamed = found.best.hypothesis.effects.iter().filter(|effect| !named.contains(effect));
     let without = unnamed.fold(found.best.hypothesis.clone(), |rest, effect| rest.without(*effect, problem.nominal));
-    let mut most = problem.effort.millions() + constants::most_effort_supported();
-    let all = if grows { everyday::fitted(problem, without) } else { None };
-    // Where all everyday effects tell the part held back better than the unproven ones do, and than none does, none is examined.
-    match all {
-        Some(all) if tells_better(&all, &current) && tells_better(&all, proven) => current = all,
-        all => {
-            let spent = problem.effort.millions();
-            current = confirmed(problem, &held, current, named, floor);
-            most += problem.effort.millions() - spent;
-            if let Some(all) = all.filter(|all| tells_better(all, &current)) {
-                current = all;
-            }
-        }
-    }
     if !grows {
-        return current;
+        return confirmed(problem, &held, current, named, floor);
     }
+    // What all everyday effects leave may hide how well they predict: it is added before they are judged.
+    let all = everyday::fitted(problem, without).filter(|all| data_cost(&held, all) < data_cost(&held, &current));
+    let all = all.map(|all| grown(problem, &held, all, named, floor));
+    // Where they tell the part held back better than the unproven ones do, and than none does, none of those is examined.
+    if let Some(all) = &all
+        && tells_better(all, &current)
+        && tells_better(all, proven)
+    {
+        return all.clone();
+    }
+    let current = grown(problem, &held, confirmed(problem, &held, current, named, floor), named, floor);
+    all.filter(|all| tells_better(all, &current)).unwrap_or(current)
+}
+
+/// A fit with all further effects that the part held back confirms, as far as the effort goes, and without those that they make
+/// needless.
+fn grown(problem: &Problem<'_>, held: &Problem<'_>, from: Fit, named: &[Effect], floor: Option<&PerChannel>) -> Fit {
+    let most = problem.effort.millions() + constants::most_effort_supported();
+    let mut current = from;
     let mut refused: Vec<Effect> = Vec::new();
     let begun = current.hypothesis.effects.len();
     while current.hypothesis.effects.len() < constants::most_supported() && problem.effort.millions() < most {
-        let Some(next) = one_more(problem, &held, &current, floor, &mut refused) else { break };
+        let Some(next) = one_more(problem, held, &current, floor, &mut refused) else { break };
         current = next;
     }
     if current.hypothesis.effects.len() > begun
         && let Some(fitted) = problem.refit(current.hypothesis.clone(), problem.judgeable, constants::iterations())
-        && data_cost(&held, &fitted) < data_cost(&held, &current)
+        && data_cost(held, &fitted) < data_cost(held, &current)
         && whole_model(problem, &fitted, floor) < constants::no_worse() * whole_model(problem, &current, floor)
     {
         current = fitted;
@@ -87,7 +92,7 @@ pub(crate) fn supported(
         let smaller = || problem.evaluate_as_is(current.hypothesis.without(effect, problem.nominal));
         if !named.contains(&effect)
             && let Some(smaller) = smaller()
-            && (negligible(&current, effect) || data_cost(&held, &smaller) <= data_cost(&held, &current))
+            && (negligible(&current, effect) || data_cost(held, &smaller) <= data_cost(held, &current))
         {
             current = smaller;
         }
