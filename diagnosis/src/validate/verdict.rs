@@ -52,7 +52,6 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     // More causes at once rather approximate a single effect that the catalogue lacks.
     let few = all.iter().filter(|c| c.share >= constants::trifle()).count() <= constants::most_named();
     let trifles = all.len() > constants::most_named();
-    let most = explains_most(found, balances);
     let held = explains_excess(problem, &found.null, &found.best, touched(found)) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
     // Beside large causes a trifle that only suppresses noise would pass together with them.
@@ -61,10 +60,14 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         cause.share >= constants::trifle()
             || without.is_none_or(|without| explains_excess(problem, without, &found.best, effects::channels(*effect)))
     };
-    let confirmed = few && most && held;
     // While a balance is open, a cause for which no alternatives were tried is no more than a guess.
     let guess = |effect: &Effect| open != 0 && found.unrivalled.contains(effect);
     let closed = |effect: &Effect| effects::channels(*effect) & open == 0 && !guess(effect);
+    // What a lead leaves open elsewhere says nothing of a cause whose own balances are closed.
+    let in_reach = found.best.hypothesis.effects.iter().filter(|effect| closed(effect));
+    let in_reach = in_reach.fold(0, |all, effect| all | effects::channels(*effect));
+    let most = explains_most(if in_reach == 0 { touched(found) } else { in_reach }, balances);
+    let confirmed = few && most && held;
     let told = open != 0 || !few || trifles || !most;
     let stands = |place: usize, cause: &Cause, effect: &Effect| {
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
@@ -149,10 +152,9 @@ fn superseded(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
     [needless, replaced].concat()
 }
 
-/// Whether the causes remove more misfit from the balances they act on than they leave. Otherwise most of the gap has
+/// Whether the causes remove more misfit from the balances they act on (`touched`) than they leave. Otherwise most of the gap has
 /// another reason, and the names would be guesses.
-fn explains_most(found: &Found, balances: &[Balance]) -> bool {
-    let touched = touched(found);
+fn explains_most(touched: Channels, balances: &[Balance]) -> bool {
     let (mut gained, mut left) = (0.0, 0.0);
     for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
         gained += balance.nominal_misfit - balance.extended_misfit;
