@@ -170,10 +170,12 @@ mod tests {
     use crate::balances::added::Added;
     use crate::balances::observers::{by_openings, innovations};
     use crate::balances::shared::Signals;
+    use crate::balances::simulated::simulated;
     use crate::data::channel::Channel;
     use crate::data::prepare::prepare;
-    use plant_model::{Effect, Effects, Plant, Simulator};
-    use rig_files::{Log, RigFile};
+    use crate::data::split::Stretch;
+    use plant_model::{Effect, Effects, Plant};
+    use rig_files::RigFile;
     use std::path::Path;
 
     #[test]
@@ -187,29 +189,21 @@ mod tests {
                     .with(Effect::WallHeat, &[walls])
                     .with(Effect::PressureLag, &[lag_s])
             };
-            let mut rig: Simulator<f64> = Simulator::new(&file.rig, &effects(0.01, 0.002)).unwrap();
-            let mut log = Log { u_v: Some(vec![]), p_a_pa: Some(vec![]), p_b_pa: Some(vec![]), ..Log::default() };
-            for k in 0..6000_u32 {
-                let t_s = 1.0e-3 * f64::from(k);
-                let u_v = 0.6 * (2.0 * t_s).sin() + 1.2 * (11.0 * t_s).sin();
-                let m = rig.measure();
-                log.t_s.push(t_s);
-                log.y_m.push(m.y_m);
-                for (column, value) in [(&mut log.u_v, u_v), (&mut log.p_a_pa, m.p_a_pa), (&mut log.p_b_pa, m.p_b_pa)] {
-                    column.get_or_insert_default().push(value);
-                }
-                rig.advance(u_v, 1.0e-3);
-            }
+            let log =
+                simulated(&file, &effects(0.01, 0.002), 6000, |t_s| 0.6 * (2.0 * t_s).sin() + 1.2 * (11.0 * t_s).sin());
             let record = prepare(&log, &file);
+            // Those between are not judged: there the warmth goes on alone.
+            let stretches: Vec<Stretch> = record.stretches.iter().copied().step_by(2).collect();
+            assert!(stretches.len() > 1);
             let (signals, added) = (Signals::default(), Added::default());
             let wanted = Channel::PressureA.bit() | Channel::PressureB.bit();
             let plant = |dead_zone_v: f64, spool_s: f64| Plant::new(&file.rig, &effects(dead_zone_v, spool_s)).unwrap();
             let (base, moved) = (plant(0.015, 0.0021), [plant(0.015 + 1.0e-7, 0.0021), plant(0.015, 0.0021 + 1.0e-7)]);
             let errors = |plant: &Plant<f64>| {
-                innovations(&record, &signals, plant, &added, &record.stretches, wanted, Default::default()).channels
+                innovations(&record, &signals, plant, &added, &stretches, wanted, Default::default()).channels
             };
             let (before, linearised) =
-                (errors(&base), by_openings(&record, &signals, (&base, &moved), &added, &record.stretches, wanted));
+                (errors(&base), by_openings(&record, &signals, (&base, &moved), &added, &stretches, wanted));
             for (moved, linearised) in moved.iter().zip(linearised) {
                 assert!(base.differs_in_opening_only(moved));
                 for ((after, before), found) in errors(moved).iter().zip(&before).zip(&linearised.channels).take(2) {

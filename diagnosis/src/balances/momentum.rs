@@ -89,26 +89,14 @@ pub(crate) fn momentum(
 mod tests {
     use super::*;
     use crate::balances::piston::forces;
+    use crate::balances::simulated::simulated;
     use crate::data::prepare::prepare;
-    use plant_model::Simulator;
-    use rig_files::{Log, RigFile};
+    use rig_files::RigFile;
 
     #[test]
     fn the_momentum_of_a_sliding_piston_tells_friction_and_mass_and_sees_no_breakaway() {
         let file = RigFile::paper_a();
-        let mut rig: Simulator<f64> = Simulator::new(&file.rig, &file.effects).expect("a sound rig");
-        let mut log = Log { u_v: Some(vec![]), p_a_pa: Some(vec![]), p_b_pa: Some(vec![]), ..Log::default() };
-        for k in 0..8000_u32 {
-            let t_s = 1.0e-3 * f64::from(k);
-            let u_v = 0.9 * (2.0 * t_s).sin() + 0.8 * (11.0 * t_s).sin();
-            let m = rig.measure();
-            log.t_s.push(t_s);
-            log.y_m.push(m.y_m);
-            for (column, value) in [(&mut log.u_v, u_v), (&mut log.p_a_pa, m.p_a_pa), (&mut log.p_b_pa, m.p_b_pa)] {
-                column.get_or_insert_default().push(value);
-            }
-            rig.advance(u_v, 1.0e-3);
-        }
+        let log = simulated(&file, &file.effects, 8000, |t_s| 0.9 * (2.0 * t_s).sin() + 0.8 * (11.0 * t_s).sin());
         let record = prepare(&log, &file);
         let cost = |change: &dyn Fn(&mut RigFile)| {
             let mut file = file.clone();

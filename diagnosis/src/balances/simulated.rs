@@ -1,0 +1,21 @@
+//! Logs of the simulator, for the tests of the balances.
+
+use plant_model::{Effects, Simulator};
+use rig_files::{Log, RigFile};
+
+/// So many rows at 1 kHz of a rig with some effects, its valve driven by a command in V as a function of time in s.
+pub(crate) fn simulated(file: &RigFile, effects: &Effects<f64>, rows: u32, command_v: impl Fn(f64) -> f64) -> Log {
+    let mut rig: Simulator<f64> = Simulator::new(&file.rig, effects).expect("a sound rig");
+    let mut log = Log { u_v: Some(vec![]), p_a_pa: Some(vec![]), p_b_pa: Some(vec![]), ..Log::default() };
+    for k in 0..rows {
+        let t_s = 1.0e-3 * f64::from(k);
+        let (u_v, m) = (command_v(t_s), rig.measure());
+        log.t_s.push(t_s);
+        log.y_m.push(m.y_m);
+        for (column, value) in [(&mut log.u_v, u_v), (&mut log.p_a_pa, m.p_a_pa), (&mut log.p_b_pa, m.p_b_pa)] {
+            column.get_or_insert_default().push(value);
+        }
+        rig.advance(u_v, 1.0e-3);
+    }
+    log
+}
