@@ -251,7 +251,7 @@ constants! {
             "The same for a supply pressure that was not measured.",
             "a gauge of class 1.6 over 10 bar: 0.16 bar at most, about two standard deviations";
         weather_farthest: f64 = 2.0, "tolerances",
-            "Temperature, atmosphere and supply are corrected by no more.",
+            "Temperature, atmosphere, supply and diameters of hoses are corrected by no more.",
             "they move one product, the flow: each by four would take up a coefficient that is 20 % off";
         regulator: f64 = 0.03, "of the value",
             "Where the supply is measured, the regulator may be off its setting by this.",
@@ -271,6 +271,12 @@ constants! {
         stated_lag: f64 = 0.3, "of the value",
             "A lag of the valve that has no tolerance of its own is known no better, unless the rig file calls all values exact.",
             "a catalogue's switching time for a spool of any order and stroke; the shipped rig files state 0.3";
+        hose_flow: f64 = 0.05, "of the diameter",
+            "A hose's diameter is known no better, as far as it says what passes.",
+            "at a tenth of choked flow a tube's coefficient of friction is 1.5 times the one of choked flow, for which the formula is: as if it were 7 % narrower";
+        hose_delay: f64 = 0.577, "of the time of sound",
+            "How well the delay by hoses is known; corrected down to none, never up by this.",
+            "any part of it equally likely: root mean square from all of it, 1/sqrt(3)";
         supply_sensor: f64 = 0.005, "of the value",
             "Standard deviation of the supply sensor's offset.",
             "0.3 % of 10 bar: a usual transmitter";

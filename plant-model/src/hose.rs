@@ -69,7 +69,8 @@ pub(crate) fn mass_conductance<R: Real>(sonic: R, temperature_k: R) -> R {
 }
 
 /// Volume of a hose, m3.
-pub(crate) fn volume_m3<R: Real>(length_m: R, diameter_m: R) -> R {
+#[must_use]
+pub fn volume_m3<R: Real>(length_m: R, diameter_m: R) -> R {
     R::of(core::f64::consts::FRAC_PI_4) * diameter_m * diameter_m * length_m
 }
 

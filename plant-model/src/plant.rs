@@ -4,7 +4,7 @@ use crate::coefficients::{Coefficients, ValvePaths};
 use crate::cushion::Cushion;
 use crate::dead_zone::DeadZone;
 use crate::effects::terms::Chamber;
-use crate::effects::{Added, ChamberFlow, Effects, Side};
+use crate::effects::{Added, ChamberFlow, Effect, Effects, Side};
 use crate::friction::{LARGEST_BREAKAWAY_RATIO, Level, LuGre, Response};
 use crate::hose::{self, Resistance, Throttle};
 use crate::measurement::Measurement;
@@ -105,6 +105,12 @@ impl<R: Real> Plant<R> {
         let mut model = Self::nominal(rig);
         let mut added = Added::default();
         effects.apply(&mut model, &mut added);
+        let delay = added.line_delay.delay_s;
+        if delay < R::ZERO && model.hose_delay_s == R::ZERO {
+            let key = Effect::LineDelay.info().parameters[0].key;
+            let must = "not be negative where no hose delays the command".into();
+            return Err(ParameterError { key, value: delay.to_f64(), must });
+        }
         Ok(Self::assemble(rig, model, added))
     }
 
@@ -147,7 +153,7 @@ impl<R: Real> Plant<R> {
             half_stroke_m: c.stroke_m * R::HALF,
             volume_a0_m3: c.volume_a0_m3 + hose::volume_m3(h.a_length_m, h.a_diameter_m),
             volume_b0_m3: c.volume_b0_m3 + hose::volume_m3(h.b_length_m, h.b_diameter_m),
-            hose_delay_s: if h.a_length_m + h.b_length_m > R::ZERO {
+            hose_delay_s: if rig.has_hoses() {
                 let sound = g.heat_capacity_ratio * g.gas_constant_j_per_kg_k * g.temperature_k;
                 R::HALF * (h.a_length_m + h.b_length_m) / sound.sqrt()
             } else {
@@ -512,10 +518,10 @@ impl<R: Real> Plant<R> {
         self.added.position_delay.delay_s
     }
 
-    /// By how much the valve acts late on its command, s: the hoses' delay, and more by an effect.
+    /// By how much the valve acts late on its command, s: the hoses' delay, and more or less of it by an effect.
     #[must_use]
     pub fn line_delay_s(&self) -> R {
-        self.added.line_delay.delay_s + self.model.hose_delay_s
+        (self.added.line_delay.delay_s + self.model.hose_delay_s).at_least(R::ZERO)
     }
 
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.

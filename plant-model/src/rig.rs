@@ -562,6 +562,12 @@ impl<R: Real> Rig<R> {
         ]
     }
 
+    /// Whether a hose between valve and cylinder is described.
+    #[must_use]
+    pub fn has_hoses(&self) -> bool {
+        self.hoses.a_length_m > R::ZERO || self.hoses.b_length_m > R::ZERO
+    }
+
     /// Choked mass flow per Pa of upstream pressure and rad of opening, kg/(s Pa rad), of a path with sonic conductance
     /// `C` of ISO 6358 in m3/(s Pa): the conductance is that of the fully open valve, whose opening is pi/2.
     pub(crate) fn sonic_flow_per_rad(&self, conductance: R) -> R {

@@ -65,6 +65,11 @@ const BAD: &[(&str, &str, &[&str])] = &[
     ),
     (END, "default = 0.02\n[effects.valve-lag]\ntime_constant_s = \"1\"", &["line 50", "time_constant_s", "number"]),
     (END, "default = 0.02\n[effects.valve-lag]", &["line 49", "effects.valve-lag", "no parameter"]),
+    (
+        END,
+        "default = 0.02\n[effects.line-delay]\ndelay_s = -0.001",
+        &["line 49", "effects.line-delay.delay_s", "= -0.001 must not be negative where no hose delays"],
+    ),
     (END, "default = 0.02\n[effects]\nvalve-lag = 3", &["line 50", "effects.valve-lag", "must be a table"]),
     ("name = \"paper case (a)\"", "name = 7", &["name", "quotes"]),
     ("name = \"paper case (a)\"", "nam = \"x\"", &["line 1", "nam", "did you mean `name`"]),

@@ -25,7 +25,7 @@ pub(crate) mod observers;
 pub(crate) mod piston;
 pub(crate) mod shared;
 #[cfg(test)]
-mod simulated;
+pub(crate) mod simulated;
 pub(crate) mod supply;
 pub(crate) mod term_library;
 pub(crate) mod valve;

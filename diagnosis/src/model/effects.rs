@@ -41,17 +41,17 @@ pub(crate) fn effect_parameters(
     }
     let noise = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation);
     let log = LogQuality { interval_s: quality.interval_s, force_noise_n: rig.rig.cylinder.mean_area_m2() * noise };
-    let most = effect.most(&rig.rig);
+    let (least, most) = (effect.least(), effect.most(&rig.rig));
     let scales = effect.scales(&rig.rig, &neutral);
     let negligible = effect.negligible(&rig.rig, &neutral, &scales, &log);
     let all = effect.info().parameters.iter().enumerate();
-    all.map(|(index, parameter)| Parameter {
+    all.map(|(index, _)| Parameter {
         slot: Slot::Effect(effect, index),
         neutral: neutral[index],
         scale: scales[index],
         negligible: negligible[index],
         tolerance: None,
-        min: parameter.min,
+        min: least[index].min(neutral[index]),
         max: most[index].max(neutral[index]),
         channels: channels(effect) & judgeable,
     })

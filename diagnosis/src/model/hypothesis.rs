@@ -7,7 +7,7 @@ use crate::data::channel::Channels;
 use nalgebra::DVector;
 use plant_model::effects::identification::StandsFor;
 use plant_model::similarity::size_exponent;
-use plant_model::{Effect, Effects, Plant};
+use plant_model::{Effect, Effects, Plant, hose};
 use rig_files::RigFile;
 
 /// The parameter vector of a set of effects with its values.
@@ -378,6 +378,13 @@ impl Hypothesis {
             });
             slots[place].1[index] = *value;
         }
+        // A diameter is corrected as far as a hose throttles: its volume is as the rig file says, counted to the chamber.
+        let (stated, hoses, cylinder) = (&base.rig.hoses, &out.rig.hoses, &mut out.rig.cylinder);
+        let lost_m3 = |stated_m: f64, corrected_m: f64, length_m: f64| {
+            hose::volume_m3(length_m, stated_m) - hose::volume_m3(length_m, corrected_m)
+        };
+        cylinder.volume_a0_m3 += lost_m3(stated.a_diameter_m, hoses.a_diameter_m, hoses.a_length_m);
+        cylinder.volume_b0_m3 += lost_m3(stated.b_diameter_m, hoses.b_diameter_m, hoses.b_length_m);
         // Two nominal values that are corrected separately must stay in order.
         let valve = &mut out.rig.valve;
         valve.dead_zone_left_v = valve.dead_zone_left_v.min(valve.dead_zone_right_v);

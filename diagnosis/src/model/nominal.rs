@@ -4,7 +4,7 @@ use super::effects;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use plant_model::Effect;
+use plant_model::{Effect, Plant};
 use rig_files::{RigFile, RigKey, all_keys};
 
 const A: Channels = Channel::PressureA.bit();
@@ -15,7 +15,7 @@ const S: Channels = Channel::Supply.bit();
 /// The nominal values that are corrected within their tolerance, with the channels they act on.
 ///
 /// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
-const CORRECTED: [(&str, Channels); 22] = [
+const CORRECTED: [(&str, Channels); 24] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
     ("valve.fill_conductance_m3_per_s_pa", A | B),
@@ -26,6 +26,8 @@ const CORRECTED: [(&str, Channels); 22] = [
     (SLOPES[1], A | B),
     ("cylinder.volume_a0_m3", A),
     ("cylinder.volume_b0_m3", B),
+    (DIAMETERS[0], A),
+    (DIAMETERS[1], B),
     ("cushion_a.conductance_m3_per_s_pa", A),
     ("cushion_b.conductance_m3_per_s_pa", B),
     ("cylinder.spring_n_per_m", Y),
@@ -41,6 +43,8 @@ const CORRECTED: [(&str, Channels); 22] = [
 ];
 /// By how much each side of the spool opens faster, or than the rig's table of the opening.
 const SLOPES: [&str; 2] = ["valve.slope_right", "valve.slope_left"];
+/// By how much each hose throttles.
+const DIAMETERS: [&str; 2] = ["hose_a.diameter_m", "hose_b.diameter_m"];
 const TEMPERATURE: &str = "gas.temperature_k";
 const SUPPLY: &str = "supply.pressure_pa";
 const ATMOSPHERE: &str = "supply.atmosphere_pa";
@@ -117,10 +121,14 @@ pub(crate) fn nominal_parameters(
         // Through the rod the atmosphere acts on the piston, too.
         let rod = key.path == ATMOSPHERE && rig.rig.cylinder.area_a_m2 != rig.rig.cylinder.area_b_m2;
         let channels = if rod { channels | Y } else { channels };
+        // However well it is measured, what a tube lets pass by its diameter is an estimate.
+        let hose = DIAMETERS.contains(&key.path);
+        let relative = if hose { relative.max(constants::hose_flow()) } else { relative };
         let nominal = key.get(&rig.rig);
         let tolerance = relative * nominal.abs();
         let flow = [TEMPERATURE, ATMOSPHERE].contains(&key.path) || key.path == SUPPLY && !supply_measured;
-        let farthest = if flow { constants::weather_farthest() } else { constants::farthest_nominal() } * tolerance;
+        let farthest =
+            if flow || hose { constants::weather_farthest() } else { constants::farthest_nominal() } * tolerance;
         if tolerance > 0.0 && channels & judgeable != 0 {
             // No value changes its sign: that is another rig.
             let [near, far] = [0.3, 3.0].map(|factor| factor * nominal);
@@ -194,7 +202,8 @@ fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
 
 /// What is left open of how late the valve acts. Filters and converters make all sensors a little late against the command, on any rig.
 /// And data sheets describe a valve by one number: a spool of higher order acts later than one time constant says, by no more than what
-/// is open of that.
+/// is open of that. Behind hoses the first wave arrives after the time of sound, but in the mean a line that a chamber closes fills it
+/// without delay: what the model has of it may be less, down to nothing.
 fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let channels = effects::channels(Effect::LineDelay) & judgeable;
     let lag_s = rig.effects.get(Effect::ValveLag).and_then(|values| values.first()).copied().unwrap_or(0.0);
@@ -207,13 +216,15 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
         // No more: a delay that is plainly there has a cause.
         (constants::sensors_late_s(), constants::weather_farthest() * constants::sensors_late_s())
     };
+    let of_hoses_s = Plant::unchecked(&rig.rig).line_delay_s();
+    let tolerance = tolerance.hypot(constants::hose_delay() * of_hoses_s);
     (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then_some(Parameter {
         slot: Slot::Stated(Effect::LineDelay, 0),
         neutral: 0.0,
         scale: tolerance,
         negligible: 0.0,
         tolerance: Some(tolerance),
-        min: 0.0,
+        min: -of_hoses_s,
         max: farthest,
         channels,
     })
@@ -290,6 +301,28 @@ mod tests {
     }
 
     #[test]
+    fn hoses_pass_more_or_less_and_delay_by_less_than_sound_takes_however_exact_a_rig_file_is() {
+        let mut rig = RigFile::paper_a();
+        rig.tolerance.default = 0.0;
+        let h = &mut rig.rig.hoses;
+        (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.0, 4.0e-3, 0.5, 6.0e-3);
+        let open = |rig: &RigFile| nominal_parameters(rig, A | B, false, &[0.0]);
+        let diameter = |rig: &RigFile| {
+            let found = open(rig).into_iter().find(|p| p.slot.stated_key() == Some(DIAMETERS[1]));
+            found.map(|p| (p.channels, p.tolerance.unwrap_or_default()))
+        };
+        assert_eq!(diameter(&rig), Some((B, constants::hose_flow() * 6.0e-3)));
+        assert!(rig.tolerance.set(DIAMETERS[1], 0.1));
+        assert_eq!(diameter(&rig), Some((B, 0.1 * 6.0e-3)));
+        let late = delay(&rig, A | B).expect("always open");
+        let sound_s = 0.75 / (1.4_f64 * 287.0 * 293.0).sqrt();
+        assert!((late.min + sound_s).abs() < 1e-9 && late.max <= 2.0 * constants::sensors_late_s(), "{late:?}");
+        let open_s = constants::sensors_late_s().hypot(constants::hose_delay() * sound_s);
+        assert!((late.scale - open_s).abs() < 1e-9, "{late:?}");
+        assert_eq!(diameter(&RigFile::paper_a()), None);
+    }
+
+    #[test]
     fn a_delay_of_the_valve_is_open_by_what_sensors_are_late_and_by_what_is_open_of_its_lag() {
         let rig = |tolerance: f64, change: &dyn Fn(&mut RigFile)| {
             let mut rig = RigFile::paper_a();
@@ -317,5 +350,6 @@ mod tests {
             rig.effects.set(Effect::LineDelay, &[0.003]);
         };
         assert_eq!(rig(0.02, &both), [None, Some(open)]);
+        assert_eq!(delay(&RigFile::paper_a(), A | B).map(|p| p.min), Some(0.0));
     }
 }

@@ -1,11 +1,13 @@
 //! The last simplification: removes causes that may as well be neutral, and parts of effects that the log does not
 //! need.
 
-use super::backward::refit_without;
-use super::exchange::{Alternatives, given_up};
+use super::backward::{Pruned, refit_without};
+use super::exchange::{Alternatives, exchange, given_up};
+use super::forward::Memory;
 use super::penalty::{negligible, required_gain, uncertain};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
+use plant_model::Effect;
 
 /// Removes causes within four standard errors of neutral: they only fit noise. Adds standard errors to what is left. Where names are
 /// given up nothing is fitted to the end for them.
@@ -36,6 +38,29 @@ pub(crate) fn drop_uncertain(
     }
 }
 
+/// Of two causes that no log tells apart only one stays where the other adds next to nothing to it: together they take values of
+/// which the sum alone is known, each as far off as its range allows. Alternatives are looked for anew.
+pub(crate) fn one_of_each_tie(
+    problem: &Problem<'_>,
+    null: &Fit,
+    (mut best, mut alternatives): (Fit, Vec<Option<Alternatives>>),
+    memory: &mut Memory,
+) -> (Fit, Vec<Option<Alternatives>>) {
+    loop {
+        let effects = &best.hypothesis.effects;
+        let trifle = constants::trifle() * (null.cost(problem) - best.cost(problem));
+        let loss = |(effect, found): (&Effect, &Option<Alternatives>)| {
+            let tied = effect.structural_ties().any(|other| effects.contains(&other));
+            let without = &found.as_ref().filter(|_| tied)?.without;
+            let loss = without.cost(problem) - best.cost(problem);
+            (loss < trifle).then(|| (loss, without.clone()))
+        };
+        let needless = effects.iter().zip(&alternatives).filter_map(loss).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, smaller)) = needless else { return (best, alternatives) };
+        (best, alternatives) = exchange(problem, Pruned::as_it_is(problem, smaller), memory);
+    }
+}
+
 /// Removes needless parts of an effect that has several, such as slope and ripple of friction along the stroke: a slope
 /// and a ripple of long wavelength are nearly the same.
 pub(crate) fn drop_needless_parts(problem: &Problem<'_>, mut best: Fit) -> Fit {
@@ -53,4 +78,47 @@ pub(crate) fn drop_needless_parts(problem: &Problem<'_>, mut best: Fit) -> Fit {
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::simulated;
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::hypothesis::Hypothesis;
+    use crate::model::nominal::nominal_parameters;
+    use plant_model::Effects;
+    use rig_files::RigFile;
+
+    #[test]
+    fn of_two_causes_that_no_log_tells_apart_one_stays_with_a_value_of_its_own() {
+        let rig = RigFile::paper_c();
+        let hidden = Effects::none().with(Effect::FrictionAsymmetry, &[0.3]);
+        let log = simulated(&rig, &hidden, 8000, |t_s| 1.5 * (3.0 * t_s).sin());
+        let record = prepare(&log, &rig);
+        let nominal = nominal_parameters(&rig, judgeable(&record), true, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable(&record), &nominal, (&signals, &effort));
+        let null =
+            problem.fit(Hypothesis::null(&nominal), constants::iterations()).expect("a rig that can be simulated");
+        let both = [(Effect::FrictionAsymmetry, 0.9), (Effect::ConstantForce, -10.0)];
+        let both = both.into_iter().fold(Hypothesis::null(&nominal), |all, (effect, start)| {
+            all.extended_by(effect, problem.parameters(effect), &[start])
+        });
+        let both = problem.fit(both, constants::iterations()).expect("a rig that can be simulated");
+        let mut memory = Memory::default();
+        let found = exchange(&problem, Pruned::as_it_is(&problem, both), &mut memory);
+        assert_eq!(found.0.hypothesis.effects.len(), 2);
+        let (one, alternatives) = one_of_each_tie(&problem, &null, found, &mut memory);
+        let [effect] = one.hypothesis.effects[..] else { panic!("{:?}", one.hypothesis.effects) };
+        let (value, stated) = match effect {
+            Effect::FrictionAsymmetry => (one.hypothesis.values_of(effect)[0], 0.3),
+            _ => (one.hypothesis.values_of(effect)[0], 0.3 * rig.rig.friction.coulomb_n),
+        };
+        assert!((value / stated - 1.0).abs() < 0.03, "{effect}: {value}");
+        assert_eq!(alternatives.len(), 1);
+    }
 }

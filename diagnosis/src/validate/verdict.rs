@@ -5,7 +5,7 @@ use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
 use super::hold_out::{Comparison, HORIZON_S};
 use crate::constants;
-use crate::data::channel::Channels;
+use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::outcome::{Balance, Cause};
@@ -75,7 +75,9 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
         let confirmed =
             confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, cause, effect);
-        closed(effect) && confirmed && large && !trifle
+        let without = found.without.get(place).and_then(Option::as_ref);
+        let shadow = without.is_some_and(|without| !takes_more_than_is_left(problem, without, *effect, balances));
+        closed(effect) && confirmed && large && !trifle && !shadow
     };
     let (mut causes, mut leads) = (Vec::new(), Vec::new());
     for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
@@ -155,9 +157,19 @@ fn superseded(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
 /// Whether the causes remove more misfit from the balances they act on (`touched`) than they leave. Otherwise most of the gap has
 /// another reason, and the names would be guesses.
 fn explains_most(touched: Channels, balances: &[Balance]) -> bool {
+    gains_more_than_is_left(touched, balances, |balance| balance.nominal_misfit)
+}
+
+/// The same of one cause and its own balances: a small one beside larger ones may be the shadow of what all of them leave there.
+fn takes_more_than_is_left(problem: &Problem<'_>, without: &Fit, effect: Effect, balances: &[Balance]) -> bool {
+    gains_more_than_is_left(effects::channels(effect), balances, |balance| misfit_of(problem, without, balance.channel))
+}
+
+/// Whether misfit falls from what it was `before` by more than what is left of it beyond noise.
+fn gains_more_than_is_left(touched: Channels, balances: &[Balance], before: impl Fn(&Balance) -> f64) -> bool {
     let (mut gained, mut left) = (0.0, 0.0);
     for balance in balances.iter().filter(|b| touched & b.channel.bit() != 0) {
-        gained += balance.nominal_misfit - balance.extended_misfit;
+        gained += before(balance) - balance.extended_misfit;
         if !like_noise(balance.extended_misfit, balance.remaining_dispersion) {
             left += (balance.extended_misfit - constants::like_noise()).max(0.0);
         }
@@ -167,11 +179,15 @@ fn explains_most(touched: Channels, balances: &[Balance]) -> bool {
 
 /// Whether misfit beyond noise, and strain of nominal values, is less with some causes than without them.
 fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Channels) -> bool {
-    // Between distant rows the balances err by themselves, so that what is like noise tells nothing.
-    let least = if problem.record.has_distant_rows() { constants::like_noise() } else { 1.0 };
+    // Between distant rows, and those of the air behind hoses, the balances err by themselves: what is like noise tells nothing.
+    let rough = |channel: Channel| {
+        let air = [Channel::PressureA, Channel::PressureB].contains(&channel);
+        problem.record.has_distant_rows() || air && problem.rig.rig.has_hoses()
+    };
     let balances = judged(problem).filter(|channel| touched & channel.bit() != 0).map(|channel| {
         let [before, after] = [without, with].map(|fit| misfit_of(problem, fit, channel));
         let noise = problem.noise_cost(channel.bit());
+        let least = if rough(channel) { constants::like_noise() } else { 1.0 };
         Excess { before, after, noise, like: least.max(by_chance(noise)) }
     });
     touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances)

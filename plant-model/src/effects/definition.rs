@@ -66,6 +66,11 @@ pub(crate) trait Definition {
         core::array::from_fn(|index| Self::INFO.parameters.get(index).map_or(0.0, |parameter| parameter.max))
     }
 
+    /// The least value of each parameter that a cause may have.
+    fn least() -> [f64; MAX_PARAMETERS] {
+        core::array::from_fn(|index| Self::INFO.parameters.get(index).map_or(0.0, |parameter| parameter.min))
+    }
+
     /// Changes the model's coefficients.
     fn apply<R: Real>(_values: &[R; MAX_PARAMETERS], _model: &mut Coefficients<R>) {}
 

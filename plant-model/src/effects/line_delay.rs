@@ -28,10 +28,10 @@ impl Definition for LineDelay {
         parameters: &[ParameterInfo {
             name: "delay_s",
             key: "effects.line-delay.delay_s",
-            min: 0.0,
+            min: -0.1,
             max: 0.1,
             typical: 0.01,
-            meaning: "delay tau, s",
+            meaning: "delay tau, s; below 0 the hoses delay by less than sound takes",
         }],
     };
 
@@ -53,6 +53,11 @@ impl Definition for LineDelay {
             ],
         )
     };
+
+    /// By less than sound takes is a value of the hoses, not a cause.
+    fn least() -> [f64; MAX_PARAMETERS] {
+        [0.0; MAX_PARAMETERS]
+    }
 
     fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
         Terms { delay_s: values[0] }

@@ -80,6 +80,12 @@ macro_rules! catalogue {
                 match self { $(Self::$variant => $module::$variant::most(rig)),+ }
             }
 
+            /// The least value of each parameter that a cause may have.
+            #[must_use]
+            pub fn least(self) -> [f64; MAX_PARAMETERS] {
+                match self { $(Self::$variant => $module::$variant::least()),+ }
+            }
+
             /// A plainly visible change of each parameter from `neutral` on this rig: the unit of search steps, positive.
             #[must_use]
             pub fn scales(self, rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -168,6 +168,15 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     assert!((added / (0.25 * PI * 4.0e-3 * 4.0e-3 * 1.2) - 1.0).abs() < 1e-9);
     let sound = (1.4_f64 * 287.0 * 293.0).sqrt();
     assert!((hosed.line_delay_s() - 1.0 / sound).abs() < 1e-9);
+    // A line that a chamber closes fills it in the mean without that delay: less of it, but never an answer before the command.
+    let delayed = |rig: &Rig<f64>, delay_s: f64| {
+        let mut effects = Effects::none();
+        effects.set(Effect::LineDelay, &[delay_s]);
+        Plant::new(rig, &effects).map(|plant| plant.line_delay_s())
+    };
+    assert!((delayed(&with, -0.001).unwrap() - (1.0 / sound - 0.001)).abs() < 1e-9);
+    assert_eq!(delayed(&with, -0.01), Ok(0.0));
+    assert_eq!(delayed(&bare, -0.001).unwrap_err().key, "effects.line-delay.delay_s");
     // Choked throughout: the series of both has a lower critical ratio than either.
     let flow =
         |plant: &Plant<f64>, opening| plant.orifices(Side::A).inflow(true, opening, 1.0e5, 20.0e5, 1.0e5).mass_flow;
