@@ -111,8 +111,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let (rig, record) = (problem.rig, problem.record);
     let innovations = [&found.null, &found.best].map(|fit| problem.innovations(fit).unwrap_or_default());
     let mut balances = closure::balances(problem, &found, &innovations);
-    let effects = found.best.hypothesis.effects.iter().enumerate();
-    let causes = effects.map(|(index, effect)| cause::cause(problem, &found, *effect, index)).collect();
+    let effects = &found.best.hypothesis.effects;
+    let causes = (0..effects.len()).map(|index| cause::cause(problem, &found, &found.best, index)).collect();
     let mut judgement = verdict::judge(problem, &found, &balances, causes);
 
     // A lead is not proven: the verdict asks what the model predicts without it.
@@ -128,7 +128,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         false if proven.effects.is_empty() => Some(found.null.clone()),
         false => problem.fit(proven, 6),
     };
-    let kept = kept.unwrap_or_else(|| found.best.clone());
+    let mut kept = kept.unwrap_or_else(|| found.best.clone());
     let predicts = |fit: &Fit| hold_out::Comparison::new(problem, None, fit);
     let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let mut held = predicts(&kept);
@@ -137,6 +137,15 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     if !closed {
         judgement.doubt(&found.unrivalled);
+    }
+    // What a lead takes up is no part of a named cause's value.
+    if !judgement.leads.is_empty() && !judgement.causes.is_empty() {
+        kept = problem.with_errors(kept);
+        for cause in &mut judgement.causes {
+            if let Some(index) = effects.iter().position(|effect| effect.id() == cause.id) {
+                *cause = cause::cause(problem, &found, &kept, index);
+            }
+        }
     }
     let named: Vec<Effect> = judgement.causes.iter().filter_map(|cause| Effect::from_id(&cause.id)).collect();
     let verdict = judgement.verdict(closed);

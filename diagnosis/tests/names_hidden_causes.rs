@@ -253,4 +253,8 @@ fn a_cause_whose_balance_is_closed_is_named_beside_others_that_stay_wide_open() 
         found.leads,
         found.balances
     );
+    // What is left open belongs to the air: the load is known all the same.
+    let mass = &found.causes[0].parameters[0];
+    let wanted_kg = 1.4 * case.rig_file.rig.load.mass_kg;
+    assert!((mass.value / wanted_kg - 1.0).abs() < 0.01, "{mass:?} {wanted_kg} {:?}", found.leads);
 }

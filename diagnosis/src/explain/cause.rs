@@ -7,16 +7,17 @@ use crate::outcome::{Cause, Estimate};
 use crate::select::search::Found;
 use plant_model::Effect;
 
-/// The cause that stands at a place among the best fit's effects.
-pub(crate) fn cause(problem: &Problem<'_>, found: &Found, effect: Effect, index: usize) -> Cause {
-    let best = &found.best;
-    let values = best.hypothesis.values_of(effect);
+/// The cause that stands at a place among the best fit's effects, with its values in `fit`: the best, or the same without what is
+/// not proven.
+pub(crate) fn cause(problem: &Problem<'_>, found: &Found, fit: &Fit, index: usize) -> Cause {
+    let effect = found.best.hypothesis.effects[index];
+    let values = fit.hypothesis.values_of(effect);
     let loss = found.losses.get(index).copied().unwrap_or(0.0);
     let cost = found.best.cost(problem).max(1.0);
     let gap = (found.null.cost(problem) - found.best.cost(problem)).max(1.0);
     Cause {
         id: effect.id().to_string(),
-        parameters: parameters(problem, best, effect),
+        parameters: parameters(problem, fit, effect),
         ties: found.ties.get(index).map(|t| t.iter().map(|e| e.id().to_string()).collect()).unwrap_or_default(),
         evidence: evidence(effect, &values, loss / cost),
         share: (loss / gap).clamp(0.0, 1.0),
