@@ -255,6 +255,31 @@ mod tests {
     }
 
     #[test]
+    fn a_cause_takes_more_of_its_balances_than_is_left_there_or_is_a_shadow_of_it() {
+        let balance = |channel, extended_misfit, remaining_dispersion| Balance {
+            channel,
+            nominal_misfit: 30.0,
+            extended_misfit,
+            remaining_dispersion,
+            closed: true,
+            depends_on: vec![],
+            peak: None,
+        };
+        let force = Channel::Position.bit();
+        for (misfit, dispersion, without, expected) in [
+            (1.44, 1.36, 1.56, false),
+            (1.44, 1.36, 1.64, true),
+            // What is left may be noise: nothing it could be the shadow of.
+            (1.2, 1.1, 1.21, true),
+        ] {
+            // What is left of another balance does not count.
+            let balances = [balance(Channel::PressureA, 9.0, 40.0), balance(Channel::Position, misfit, dispersion)];
+            let found = gains_more_than_is_left(force, &balances, |_| without);
+            assert_eq!(found, expected, "{misfit} {dispersion} {without}");
+        }
+    }
+
+    #[test]
     fn misfit_that_noise_reaches_by_chance_is_within_two_of_its_standard_deviations() {
         // 5000 squares of white noise: their mean is one, its standard deviation 0.02.
         assert!((by_chance(2500.0) - 1.04).abs() < 1e-12);
