@@ -5,7 +5,7 @@ use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
 use super::penalty::{beyond_noise, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
-use super::simplify::{drop_needless_parts, drop_uncertain, one_of_each_tie};
+use super::simplify::{drop_needless_parts, drop_needless_trifles, drop_uncertain, one_of_each_tie};
 use super::ties::ties;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -120,6 +120,7 @@ pub(crate) fn search(
     let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
     let (best, alternatives) = nearest_to_stated(problem, best, alternatives);
     let (best, alternatives) = one_of_each_tie(problem, &null, (best, alternatives), &mut memory);
+    let (best, alternatives) = drop_needless_trifles(problem, &null, (best, alternatives));
     let (best, alternatives) = drop_uncertain(problem, drop_needless_parts(problem, best), alternatives);
     let without = alternatives.iter().map(|found| found.as_ref().map(|found| found.without.clone())).collect();
     let pairs = best.hypothesis.effects.iter().zip(&alternatives);

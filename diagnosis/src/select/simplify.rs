@@ -4,7 +4,7 @@
 use super::backward::{Pruned, refit_without};
 use super::exchange::{Alternatives, exchange, given_up};
 use super::forward::Memory;
-use super::penalty::{negligible, required_gain, uncertain};
+use super::penalty::{negligible, required_gain, shortfall, uncertain};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use plant_model::Effect;
@@ -35,6 +35,35 @@ pub(crate) fn drop_uncertain(
         if place < alternatives.len() {
             alternatives.remove(place);
         }
+    }
+}
+
+/// Brings the fits without small causes to their end, and removes those that are needless then: backward elimination stops in valleys
+/// along which a fit without a cause has far to go. What is judged later is judged against those fits, too.
+pub(crate) fn drop_needless_trifles(
+    problem: &Problem<'_>,
+    null: &Fit,
+    (mut best, mut alternatives): (Fit, Vec<Option<Alternatives>>),
+) -> (Fit, Vec<Option<Alternatives>>) {
+    if given_up(problem, &best) {
+        return (best, alternatives);
+    }
+    loop {
+        let trifle = constants::trifle() * (null.cost(problem) - best.cost(problem));
+        let needless = |(place, found): (usize, &mut Option<Alternatives>)| {
+            let without = &mut found.as_mut()?.without;
+            if without.cost(problem) - best.cost(problem) >= trifle {
+                return None;
+            }
+            *without = problem.down_its_valleys(without.clone());
+            let effect = best.hypothesis.effects[place];
+            (shortfall(problem, &best, without, effect) >= 0.0).then(|| (place, without.clone()))
+        };
+        let Some((place, smaller)) = alternatives.iter_mut().enumerate().find_map(needless) else {
+            return (best, alternatives);
+        };
+        best = smaller;
+        alternatives.remove(place);
     }
 }
 
