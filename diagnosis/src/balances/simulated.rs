@@ -1,4 +1,4 @@
-//! Logs of the simulator, for the tests of the balances.
+//! Logs of the simulator, for tests.
 
 use plant_model::{Effects, Simulator};
 use rig_files::{Log, RigFile};

@@ -44,8 +44,8 @@ pub(crate) fn effect_parameters(
     let (least, most) = (effect.least(), effect.most(&rig.rig));
     let scales = effect.scales(&rig.rig, &neutral);
     let negligible = effect.negligible(&rig.rig, &neutral, &scales, &log);
-    let all = effect.info().parameters.iter().enumerate();
-    all.map(|(index, _)| Parameter {
+    let all = 0..effect.parameter_count();
+    all.map(|index| Parameter {
         slot: Slot::Effect(effect, index),
         neutral: neutral[index],
         scale: scales[index],

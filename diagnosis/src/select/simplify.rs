@@ -38,6 +38,11 @@ pub(crate) fn drop_uncertain(
     }
 }
 
+/// The growth of the cost without a cause that makes it a small one.
+fn trifle(problem: &Problem<'_>, null: &Fit, best: &Fit) -> f64 {
+    constants::trifle() * (null.cost(problem) - best.cost(problem))
+}
+
 /// Brings the fits without small causes to their end, and removes those that are needless then: backward elimination stops in valleys
 /// along which a fit without a cause has far to go. What is judged later is judged against those fits, too.
 pub(crate) fn drop_needless_trifles(
@@ -49,7 +54,7 @@ pub(crate) fn drop_needless_trifles(
         return (best, alternatives);
     }
     loop {
-        let trifle = constants::trifle() * (null.cost(problem) - best.cost(problem));
+        let trifle = trifle(problem, null, &best);
         let needless = |(place, found): (usize, &mut Option<Alternatives>)| {
             let without = &mut found.as_mut()?.without;
             if without.cost(problem) - best.cost(problem) >= trifle {
@@ -77,7 +82,7 @@ pub(crate) fn one_of_each_tie(
 ) -> (Fit, Vec<Option<Alternatives>>) {
     loop {
         let effects = &best.hypothesis.effects;
-        let trifle = constants::trifle() * (null.cost(problem) - best.cost(problem));
+        let trifle = trifle(problem, null, &best);
         let loss = |(effect, found): (&Effect, &Option<Alternatives>)| {
             let tied = effect.structural_ties().any(|other| effects.contains(&other));
             let without = &found.as_ref().filter(|_| tied)?.without;

@@ -54,11 +54,12 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let trifles = all.len() > constants::most_named();
     let held = explains_excess(problem, &found.null, &found.best, touched(found)) && confirmed_together(problem, found);
     let singly = confirmed_singly(problem, found);
+    let without = |place: usize| found.without.get(place).and_then(Option::as_ref);
     // Beside large causes a trifle that only suppresses noise would pass together with them.
     let counts = |place: usize, cause: &Cause, effect: &Effect| {
-        let without = found.without.get(place).and_then(Option::as_ref);
         cause.share >= constants::trifle()
-            || without.is_none_or(|without| explains_excess(problem, without, &found.best, effects::channels(*effect)))
+            || without(place)
+                .is_none_or(|without| explains_excess(problem, without, &found.best, effects::channels(*effect)))
     };
     // While a balance is open, a cause for which no alternatives were tried is no more than a guess.
     let guess = |effect: &Effect| open != 0 && found.unrivalled.contains(effect);
@@ -75,8 +76,8 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
         let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
         let confirmed =
             confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, cause, effect);
-        let without = found.without.get(place).and_then(Option::as_ref);
-        let shadow = without.is_some_and(|without| !takes_more_than_is_left(problem, without, *effect, balances));
+        let shadow =
+            without(place).is_some_and(|without| !takes_more_than_is_left(problem, without, *effect, balances));
         closed(effect) && confirmed && large && !trifle && !shadow
     };
     let (mut causes, mut leads) = (Vec::new(), Vec::new());

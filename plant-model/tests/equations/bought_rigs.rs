@@ -170,9 +170,7 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     assert!((hosed.line_delay_s() - 1.0 / sound).abs() < 1e-9);
     // A line that a chamber closes fills it in the mean without that delay: less of it, but never an answer before the command.
     let delayed = |rig: &Rig<f64>, delay_s: f64| {
-        let mut effects = Effects::none();
-        effects.set(Effect::LineDelay, &[delay_s]);
-        Plant::new(rig, &effects).map(|plant| plant.line_delay_s())
+        Plant::new(rig, &Effects::none().with(Effect::LineDelay, &[delay_s])).map(|plant| plant.line_delay_s())
     };
     assert!((delayed(&with, -0.001).unwrap() - (1.0 / sound - 0.001)).abs() < 1e-9);
     assert_eq!(delayed(&with, -0.01), Ok(0.0));
