@@ -184,7 +184,7 @@ parameter_table! {
     /// Highest velocity of the reference; absent: a step passes as a step.
     setpoint_velocity_m_per_s: Option<f32> = None, "m/s", 1.0e-4 => 50.0;
     // The tick rate narrows it: see `acceleration_range`.
-    /// Highest acceleration of the reference, between 4e-6 and 50 times `tick_hz`; absent: not limited.
+    /// Highest acceleration of the reference, between 3.8147e-6 and 50 times `tick_hz`; absent: not limited.
     setpoint_acceleration_m_per_s2: Option<f32> = None, "m/s2", 1.0e-3 => 30_000.0;
 
     /// Right break-point of the valve's dead zone that the inverse compensates.

@@ -25,6 +25,7 @@ mod model;
 mod one_pressure;
 mod outcome;
 mod select;
+mod statistics;
 mod validate;
 
 pub use check::{Check, Flaw, Knowledge, Weight, Window, check, most_telling};

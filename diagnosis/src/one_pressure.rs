@@ -6,16 +6,15 @@
 //! so the two together separate them. One direction alone does not. Whether the other chamber is driven was not
 //! measured, so a force is named only if it is the weight of the moving mass.
 
+use crate::constants;
 use crate::data::record::Record;
 use crate::outcome::{Cause, Diagnosis, Estimate, Evidence, LogSummary, Standing, Supported};
-use plant_model::Effect;
+use plant_model::{Effect, GRAVITY_M_PER_S2};
 use rig_files::{RigFile, Verdict};
 
 /// The measured chamber counts as vented below this part of its highest gauge pressure; what is left of it is accounted
 /// for.
 const VENTED: f64 = 0.1;
-/// Half the window, s, of the parabola that gives velocity and acceleration.
-const WINDOW_S: f64 = 0.015;
 /// Part of the travelled range at either end that is left out: end stops and cushions push there.
 const ENDS: f64 = 0.02;
 /// Fewer coasting samples say nothing.
@@ -23,8 +22,6 @@ const LEAST_SAMPLES: usize = 10;
 /// Relative difference of friction between the directions that is allowed for: it adds to the standard error of the
 /// constant force, which is the mean of both directions.
 const UNNOTICED_ASYMMETRY: f64 = 0.1;
-/// Slower than this many standard errors of the velocity is rest.
-const REST_SIGMAS: f64 = 4.0;
 
 /// A force with its standard error, N.
 #[derive(Clone, Copy)]
@@ -68,7 +65,7 @@ fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
     let zero = pressure.iter().copied().fold(f64::INFINITY, f64::min).max(0.9 * atmosphere).min(1.1 * atmosphere);
     let highest = pressure.iter().copied().fold(0.0, f64::max) - zero;
     let usual = record.quality.interval_s;
-    let reach = (WINDOW_S / usual.max(1e-6)).round() as usize;
+    let reach = (constants::velocity_reach() / usual.max(1e-6)).round() as usize;
     if record.len() < 10 * reach + 1 || reach < 3 || highest <= 0.0 {
         return None;
     }
@@ -77,7 +74,7 @@ fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
     // Standard error of the slope of a straight line through 2 reach + 1 samples.
     let m = reach as f64;
     let noise = record.quality.position.standard_deviation;
-    let rest = REST_SIGMAS * noise * (3.0 / (m * (m + 1.0) * (2.0 * m + 1.0))).sqrt() / usual;
+    let rest = constants::rest_sigmas() * noise * (3.0 / (m * (m + 1.0) * (2.0 * m + 1.0))).sqrt() / usual;
 
     let mut phases: [Vec<Phase>; 2] = [Vec::new(), Vec::new()];
     let mut current: Option<(usize, Phase)> = None;
@@ -126,7 +123,7 @@ fn one_pressure(rig: &RigFile, record: &Record) -> Option<OnePressure> {
             std_error_n: scatter.hypot(extrapolation).hypot(uneven),
         }
     });
-    Some(OnePressure { coasting, returning, constant_force, weight_n: 9.81 * mass })
+    Some(OnePressure { coasting, returning, constant_force, weight_n: GRAVITY_M_PER_S2 * mass })
 }
 
 /// Velocity and acceleration of a parabola around a sample.

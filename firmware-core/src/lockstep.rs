@@ -1,7 +1,7 @@
 //! Lock-step exchange of codes between a plant on the desktop and the control loop elsewhere (QEMU, through two pipes).
 //!
 //! The guest says [`READY`]. The host sends the length of a [`SetupMessage`] (two bytes, little-endian), then the message; the
-//! guest answers [`ACCEPTED`] or [`REFUSED`]. Then one `TickMessage` of the host is answered by one `Answer`, until the
+//! guest answers [`ACCEPTED`] or [`REFUSED`]. Then each tick of the host ([`encode_tick`]) has one answer ([`encode_answer`]), until the
 //! host sends a message that starts with [`END`], which the guest answers with [`Counts`].
 
 use control::{AdcCode, ControllerState, ExternalFaults, Inputs, Mode, OperatorCommand, Parameters, Position};
@@ -25,9 +25,9 @@ pub const TICK: u8 = 1;
 pub const END: u8 = 2;
 /// First byte of a watchdog reset; not answered.
 pub const WATCHDOG_RESET: u8 = 3;
-/// Bytes of a `TickMessage`.
+/// Bytes of a tick.
 pub const TICK_BYTES: usize = 16;
-/// Bytes of an `Answer`.
+/// Bytes of an answer.
 pub const ANSWER_BYTES: usize = 4;
 /// Bytes of [`Counts`].
 pub const COUNTS_BYTES: usize = 28;

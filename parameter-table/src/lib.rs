@@ -97,12 +97,6 @@ macro_rules! parameter_table {
                 }
             }
 
-            /// The parameter of a key.
-            #[must_use]
-            pub fn from_key(key: &str) -> Option<Self> {
-                Self::ALL.into_iter().find(|parameter| parameter.row().key == key)
-            }
-
             /// What the parameter is when nothing else is said.
             #[must_use]
             pub fn default_value(self) -> $crate::Value {

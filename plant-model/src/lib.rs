@@ -50,7 +50,7 @@ pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
 pub use measurement::Measurement;
 pub use opening::OpeningCurve;
 pub use opening_table::{OPENING_POINTS, OpeningPoints, OpeningTable};
-pub use plant::{Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
+pub use plant::{GRAVITY_M_PER_S2, Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{
     BOTH_SIDES, Cylinder, Friction, Gas, Hoses, Limits, Load, Must, ParameterError, Place, RIG_KEYS, RIG_NUMBERS, Rig,

@@ -18,7 +18,7 @@ use crate::valve_flow::{Flow, Opening, Orifices};
 pub const MINIMUM_VOLUME_RATIO: f64 = 0.005;
 
 /// Standard gravity, m/s2.
-const GRAVITY_M_PER_S2: f64 = 9.806_65;
+pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 
 /// The sliding force never falls below this part of the Coulomb force, whatever effects are combined.
 const MINIMUM_LEVEL_RATIO: f64 = 1.0e-3;

@@ -12,6 +12,7 @@ use crate::closed_loop::reference;
 use crate::learned;
 use control::{ControllerState, ExternalFaults, Parameters, Position};
 use firmware_core::{ControlLoop, Setup};
+use rig_files::shorten;
 use std::io::{BufRead, Write};
 
 /// Longer lines are malformed; they are skipped without being stored.
@@ -78,12 +79,12 @@ impl Coprocess {
             return Err(format!("{} fields found, expected 5: {}", fields.len(), FIELDS.join(" ")));
         }
         let y_ref_m = fields[0].parse::<f64>().ok().filter(|value| value.is_finite());
-        let y_ref_m = y_ref_m.ok_or_else(|| format!("y_ref_m `{}` is not a finite number", shown(fields[0])))?;
+        let y_ref_m = y_ref_m.ok_or_else(|| format!("y_ref_m `{}` is not a finite number", shorten(fields[0])))?;
         let mut codes = [0; 4];
         for ((code, field), name) in codes.iter_mut().zip(&fields[1..]).zip(&FIELDS[1..]) {
             let value = field.parse::<u16>().ok().filter(|value| *value <= self.top_code);
             let top = self.top_code;
-            *code = value.ok_or_else(|| format!("{name} `{}` is not an integer from 0 to {top}", shown(field)))?;
+            *code = value.ok_or_else(|| format!("{name} `{}` is not an integer from 0 to {top}", shorten(field)))?;
         }
         Ok((reference(y_ref_m), codes))
     }
@@ -120,11 +121,6 @@ impl Coprocess {
         }
         Ok(())
     }
-}
-
-/// A field as an error message can carry it.
-fn shown(field: &str) -> String {
-    field.chars().take(24).flat_map(char::escape_debug).collect()
 }
 
 /// Reads one line without its end into `line`; `Some(false)` for one that was too long and is cut, `None` at the end.

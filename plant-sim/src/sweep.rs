@@ -156,7 +156,8 @@ pub fn random(variations: &[Variation], samples: usize, seed: u64) -> Vec<Job> {
 }
 
 /// Random rigs as uncertain as the rig file says: each key normal with its relative tolerance, cut at three deviations, on
-/// top of the variations. Returns the keys in their order with the jobs; combinations the plant refuses are drawn anew.
+/// top of the variations. Returns the keys in their order with the jobs; combinations that plant or controller refuse are drawn
+/// anew, a hundred times at most.
 #[must_use]
 pub fn within_tolerance(base: &Base, variations: &[Variation], samples: usize, seed: u64) -> (Vec<Key>, Vec<Job>) {
     let uncertain: Vec<&'static RigKey> = base
@@ -166,28 +167,30 @@ pub fn within_tolerance(base: &Base, variations: &[Variation], samples: usize, s
         .filter(|key| base.rig.tolerance.of(key.path) > 0.0 && key.get(&base.rig.rig) != 0.0)
         .filter(|key| !variations.iter().any(|v| v.key.name() == key.path))
         .collect();
+    let keys: Vec<Key> = variations.iter().map(|v| v.key).chain(uncertain.iter().map(|key| Key::Rig(key))).collect();
     let mut jobs = random(variations, samples, seed);
     for job in &mut jobs {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(job.seed ^ 0x701E);
-        for attempt in 0..100 {
-            let mut rig = base.rig.rig;
-            let drawn: Vec<f64> = uncertain
-                .iter()
-                .map(|key| {
-                    let normal: f64 = StandardNormal.sample(&mut rng);
-                    let value = key.get(&rig) * (1.0 + base.rig.tolerance.of(key.path) * normal.clamp(-3.0, 3.0));
-                    key.set(&mut rig, value);
-                    value
-                })
-                .collect();
-            if rig.validate().is_ok() || attempt == 99 {
-                job.values.extend(drawn);
+        for _ in 0..100 {
+            job.values.truncate(variations.len());
+            job.values.extend(uncertain.iter().map(|key| {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                key.get(&base.rig.rig) * (1.0 + base.rig.tolerance.of(key.path) * normal.clamp(-3.0, 3.0))
+            }));
+            if check(base, &keys, job).is_ok() {
                 break;
             }
         }
     }
-    let keys = variations.iter().map(|v| v.key).chain(uncertain.into_iter().map(Key::Rig)).collect();
     (keys, jobs)
+}
+
+/// Whether a run can be made.
+///
+/// # Errors
+/// Plant or controller refuse the combination.
+pub fn check(base: &Base, keys: &[Key], job: &Job) -> Result<(), LoopError> {
+    set_up(base, keys, job).map(|_| ())
 }
 
 /// The plant of a run, its controller and its target.

@@ -88,12 +88,8 @@ fn learned(line: &str) -> Option<Quantities> {
     let mut values = Quantities::default();
     for (value, quantity) in values.iter_mut().zip(Quantity::ALL) {
         let told = number(line, quantity.name()).filter(|value: &f32| value.is_finite());
-        // Older firmware does not tell these, and has no such values.
-        *value = match quantity {
-            Quantity::Load => told.unwrap_or(0.0),
-            Quantity::Bandwidth => told.unwrap_or(1.0),
-            _ => told?,
-        };
+        // What older firmware does not tell is not known.
+        *value = if quantity.is_newer() { told.unwrap_or(f32::NAN) } else { told? };
     }
     Some(values)
 }

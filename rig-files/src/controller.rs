@@ -172,6 +172,30 @@ pub fn read_parameters(path: &Path, rig: &RigFile) -> Result<Parameters, InputEr
     Ok(parameters)
 }
 
+/// What a simulation takes from the rig file's `[io]`: sensors, converters and tick.
+pub const OF_CONVERTERS: [Key; 6] =
+    [Key::position_range_m, Key::pressure_range_pa, Key::adc_bits, Key::valve_range_v, Key::dac_bits, Key::tick_hz];
+
+/// [`read_parameters`] for a simulation of the rig, whose sensors, converters and tick are the rig file's.
+///
+/// # Errors
+/// As [`read_parameters`]; or the controller file wants others.
+pub fn read_simulated_parameters(path: &Path, rig: &RigFile) -> Result<Parameters, InputError> {
+    let (chosen, simulated) = (read_parameters(path, rig)?, parameters(rig));
+    let Some(key) = OF_CONVERTERS.into_iter().find(|key| chosen.get(*key) != simulated.get(*key)) else {
+        return Ok(chosen);
+    };
+    let (text, file) = (read_text(path)?, path.display().to_string());
+    let problem = format!("= {} is not what the simulated rig has, {}", chosen.get(key), simulated.get(key));
+    let remedy = format!("leave it out, or change `{}` under [io] of the rig file", key.row().key);
+    let document = Document::parse(&text, &file)?;
+    let entries = document.entries();
+    Err(match entries.iter().find(|entry| entry.name == key.row().key) {
+        Some(entry) => entry.error(problem, &remedy),
+        None => InputError::new(file, format!("`{}` {problem}", key.row().key), remedy),
+    })
+}
+
 /// Whether a law can hold a rig.
 ///
 /// # Errors

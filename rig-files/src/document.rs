@@ -210,7 +210,8 @@ fn with_article(noun: &str) -> String {
 }
 
 /// A value from a file, cut to a length that an error message can carry.
-pub(crate) fn shorten(text: &str) -> String {
+#[must_use]
+pub fn shorten(text: &str) -> String {
     let mut short: String = text.chars().take(40).flat_map(char::escape_debug).collect();
     if text.chars().nth(40).is_some() {
         short.push('…');

@@ -27,7 +27,7 @@ pub mod tuning;
 mod verdict;
 mod write;
 
-pub use document::{Document, Entry};
+pub use document::{Document, Entry, shorten};
 pub use error::{InputError, closest};
 pub use io::{Converter, Io};
 pub use log::{Column, Gap, Log};

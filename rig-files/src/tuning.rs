@@ -281,9 +281,6 @@ fn iso6358_pa(up: f64, down: f64, critical: f64) -> f64 {
     ((up - x).max(0.0) * (up + x)).sqrt()
 }
 
-/// How fast the estimated force follows the measured one, 1/s: bounded by the noise of the pressures.
-pub const FORCE_RATE: f64 = 375.0;
-
 #[cfg(test)]
 mod tests {
     use super::*;

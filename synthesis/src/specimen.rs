@@ -70,13 +70,6 @@ impl Specimen {
         }
     }
 
-    /// The same with another longest step, for convergence tests.
-    #[must_use]
-    pub fn with_step(mut self, step_s: f64) -> Self {
-        self.step_s = step_s;
-        self
-    }
-
     /// True position, m.
     #[must_use]
     pub fn y_m(&self) -> f64 {

@@ -170,12 +170,12 @@ impl EmulatedTarget {
         let settings = commission::settings(&rig.rig, &parameters, monitor, &scenario.monitor.parameters)
             .map_err(|error| fail(&error))?;
         // The sensors of a piston at rest.
-        let p = rig.rig.equilibrium_pressure_pa();
+        let [p_a, p_b] = rig.rig.equilibrium_pressures_pa();
         let (position, pressure) = (rig.io.position(), rig.io.pressure());
         let codes = [
             position.code(scenario.initial_position_m),
-            pressure.code(p),
-            pressure.code(p),
+            pressure.code(p_a),
+            pressure.code(p_b),
             pressure.code(rig.rig.supply.pressure_pa),
         ];
         let codes = codes.map(|code| code as u16);

@@ -126,7 +126,8 @@ impl Tuning {
         demand(w_o * t <= 0.5, Key::servo_observer_rad_per_s, w_o, "be at most half of tick_hz (radians per second)")?;
         let per_mass =
             [p.servo_area_m2_per_kg, p.servo_area_b_m2_per_kg.unwrap_or(p.servo_area_m2_per_kg)].map(f64::from);
-        let highest = f64::from(p.pressure_range_pa[1]).max(f64::from(p.servo_supply_pa));
+        let [_, pressures @ ..] = p.calibrated_ranges();
+        let highest = pressures.iter().flatten().fold(f64::from(p.servo_supply_pa), |most, end| most.max(*end));
         for (per_mass, key) in per_mass.into_iter().zip([Key::servo_area_m2_per_kg, Key::servo_area_b_m2_per_kg]) {
             demand(
                 per_mass * highest <= 30_000.0,

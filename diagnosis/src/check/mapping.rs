@@ -13,6 +13,7 @@ use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
 use crate::data::split::Stretch;
 use crate::estimate::likelihood::{COST_OF_NOISE, loss};
+use crate::statistics::median;
 use plant_model::{Plant, Short};
 use rig_files::{Column, Log, RigFile};
 
@@ -163,11 +164,7 @@ fn supply_as_gauge(rig: &RigFile, log: &Log) -> Option<Flaw> {
 fn less_by_the_atmosphere(rig: &RigFile, log: &Log) -> Option<String> {
     let (stated_pa, atmosphere_pa) = (rig.rig.supply.pressure_pa, rig.rig.supply.atmosphere_pa);
     let mut readings: Vec<f64> = log.column(Column::PSup)?.iter().copied().filter(|p| p.is_finite()).collect();
-    let middle = readings.len() / 2;
-    if readings.is_empty() {
-        return None;
-    }
-    let reading_pa = *readings.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let reading_pa = median(&mut readings)?;
     let less = (reading_pa + atmosphere_pa - stated_pa).abs() < constants::gauge_within() * atmosphere_pa;
     let [reading, stated] = [reading_pa, stated_pa].map(|pa| pa * 1.0e-5);
     less.then(|| format!("p_sup_pa reads {:.2} bar, the rig file states {stated:.2} bar absolute", Short(reading)))

@@ -4,6 +4,7 @@
 use super::noise::ChannelNoise;
 use super::record::Record;
 use crate::constants;
+use crate::statistics::median;
 use core::ops::Range;
 use plant_model::{MINIMUM_VOLUME_RATIO, Rig};
 use rig_files::{Io, RigFile};
@@ -104,8 +105,7 @@ pub(crate) fn end_stops_m(record: &Record, rig: &Rig<f64>) -> [Option<f64>; 2] {
                 && record.motion.slope[*k].abs() < at_rest
         };
         let mut readings: Vec<f64> = (0..record.len()).filter(leans).map(|k| record.y_m[k]).collect();
-        let middle = readings.len() / 2;
-        (!readings.is_empty()).then(|| *readings.select_nth_unstable_by(middle, f64::total_cmp).1)
+        median(&mut readings)
     })
 }
 

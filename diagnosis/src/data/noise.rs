@@ -1,5 +1,6 @@
 //! Noise and resolution of the sensors, estimated from the log itself.
 
+use crate::statistics::MEDIAN_OF_NORMAL;
 use serde::Serialize;
 
 /// Noise and resolution of one channel.
@@ -17,8 +18,6 @@ const THIRD_DIFFERENCE_GAIN: f64 = 20.0;
 const KEPT: f64 = 0.95;
 /// Variance of a normal variable without the 5 % of largest magnitude.
 const KEPT_VARIANCE: f64 = 0.7587;
-/// Half of a normal variable's magnitudes are below this.
-const MEDIAN: f64 = 0.6745;
 /// Of noise alone, median and mean square tell the same. Where the median tells less than this part, samples are so far
 /// apart that the signal's own motion is in the differences, and the median, which rests count for, is believed.
 const MOTION: f64 = 0.8;
@@ -43,7 +42,7 @@ pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> Channe
     // The median of all of them, of which the largest are not among those kept.
     let middle = (differences.len() / 2).min(kept - 1);
     let median = *differences[..kept].select_nth_unstable_by(middle, f64::total_cmp).1;
-    let by_median = median / MEDIAN / THIRD_DIFFERENCE_GAIN.sqrt();
+    let by_median = median / MEDIAN_OF_NORMAL / THIRD_DIFFERENCE_GAIN.sqrt();
     let spread = if by_median < MOTION * by_mean { by_median } else { by_mean };
     // A signal that rests on one code shows no differences; its error is still that of the code.
     ChannelNoise { standard_deviation: spread.max(resolution / 12.0_f64.sqrt()), resolution }

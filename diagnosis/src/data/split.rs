@@ -2,6 +2,7 @@
 
 use super::quality::Quality;
 use crate::constants;
+use crate::statistics::median;
 use core::ops::Range;
 
 /// Consecutive samples without interruption, all for fitting or all held back.
@@ -26,8 +27,7 @@ pub(crate) fn samples(stretches: &[Stretch]) -> usize {
 /// The median of the intervals between samples, s; `None` for fewer than two samples.
 pub(crate) fn usual_interval_s(t_s: &[f64]) -> Option<f64> {
     let mut intervals: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
-    let middle = intervals.len() / 2;
-    (!intervals.is_empty()).then(|| *intervals.select_nth_unstable_by(middle, f64::total_cmp).1)
+    median(&mut intervals)
 }
 
 /// Whether samples are missing before sample `k`; `usual_s` is the usual interval.

@@ -2,6 +2,7 @@
 
 use crate::balances::observers::Innovations;
 use crate::constants;
+use crate::statistics::{MEDIAN_OF_NORMAL, median};
 
 /// Mean loss of one averaged innovation that is normal with unit variance.
 pub(crate) const COST_OF_NOISE: f64 = 0.466;
@@ -54,9 +55,7 @@ pub(crate) fn dispersion(innovations: &[f64], span: usize) -> f64 {
     if sums.len() < constants::least_spans() {
         return 1.0;
     }
-    let middle = sums.len() / 2;
-    let median = *sums.select_nth_unstable_by(middle, f64::total_cmp).1;
-    (median / 0.6745).powi(2).max(1.0)
+    median(&mut sums).map_or(1.0, |usual| (usual / MEDIAN_OF_NORMAL).powi(2).max(1.0))
 }
 
 #[cfg(test)]

@@ -4,21 +4,18 @@
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::data::record::Record;
-
-/// Half of a normal variable's magnitudes are below this.
-const MEDIAN: f64 = 0.6745;
+use crate::statistics::{MEDIAN_OF_NORMAL, median};
 
 /// What a fit's errors say of each sensor's noise, over what the log's differences said; no more than one.
 fn told(problem: &Problem<'_>, fit: &Fit) -> [f64; 4] {
     let Some(innovations) = problem.innovations(fit) else { return [1.0; 4] };
     innovations.channels.map(|errors| {
         let mut sizes: Vec<f64> = errors.into_iter().filter(|e| !e.is_nan() && *e != 0.0).map(f64::abs).collect();
-        let middle = sizes.len() / 2;
         if sizes.len() < constants::least_errors() {
             return 1.0;
         }
-        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-        (median / MEDIAN).clamp(constants::least_quieter(), 1.0)
+        let part = median(&mut sizes).map(|size| size / MEDIAN_OF_NORMAL);
+        part.map_or(1.0, |part| part.clamp(constants::least_quieter(), 1.0))
     })
 }
 

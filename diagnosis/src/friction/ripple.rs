@@ -1,6 +1,7 @@
 //! A force that repeats itself along the stroke.
 
 use super::sliding::{Run, Sample};
+use crate::statistics::median;
 use serde::Serialize;
 
 /// A line must stand out of its neighbourhood in the spectrum by this factor.
@@ -93,9 +94,7 @@ pub(super) fn ripple(runs: &[Run]) -> (Option<RippleLine>, Vec<(f64, f64)>) {
             if !peak || around.len() < 12 {
                 continue;
             }
-            let middle = around.len() / 2;
-            let usual = *around.select_nth_unstable_by(middle, f64::total_cmp).1;
-            let prominence = part / usual.max(1e-12);
+            let prominence = part / median(&mut around).unwrap_or_default().max(1e-12);
             if prominence < LINE_FACTOR || best.as_ref().is_some_and(|(line, _)| line.prominence >= prominence) {
                 continue;
             }

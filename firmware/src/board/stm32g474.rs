@@ -174,7 +174,7 @@ pub(crate) struct Board {
     pub(crate) flash: Flash<'static, Async>,
     /// Shows the state.
     pub(crate) light: Output<'static>,
-    /// Air allowed: high in idle and run alone. For a dump valve.
+    /// Air allowed: high in idle, in run and in a controlled stop alone. For a dump valve.
     pub(crate) air: Output<'static>,
 }
 

@@ -154,6 +154,24 @@ pub(crate) fn in_range(option: &str, value: f64, low: f64, high: f64, unit: &str
     }
 }
 
+/// Refuses a position, m, beyond a rig's end stops.
+pub(crate) fn between_stops(option: &str, target_m: f64, rig: &RigFile) -> Result<(), CliError> {
+    let half_m = rig.rig.cylinder.stroke_m / 2.0;
+    if target_m.abs() <= half_m {
+        return Ok(());
+    }
+    let text = format!("{option} {} is beyond the end stops of {} (±{} m)", Short(target_m), rig.name, Short(half_m));
+    Err(CliError::Usage(text))
+}
+
+/// Refuses a target of a step, m: beyond the end stops, or where the piston starts.
+pub(crate) fn can_be_target(option: &str, target_m: f64, rig: &RigFile) -> Result<(), CliError> {
+    if target_m == 0.0 {
+        return Err(CliError::Usage(format!("{option} 0 is where the piston starts; choose another position")));
+    }
+    between_stops(option, target_m, rig)
+}
+
 /// A name as a file name: letters, digits and dashes.
 pub(crate) fn file_name(name: &str) -> String {
     let plain: String = name.chars().map(|c| if c.is_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();

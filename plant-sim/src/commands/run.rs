@@ -142,9 +142,6 @@ fn check(arguments: &Arguments) -> Result<(), CliError> {
     super::in_range("--target", arguments.target, positions.low, positions.high, "metres from mid-stroke")?;
     super::in_range("--noise-position", arguments.noise_position, 0.0, 0.1, "metres")?;
     super::in_range("--noise-pressure", arguments.noise_pressure, 0.0, 1.0e6, "pascals")?;
-    if arguments.target == 0.0 {
-        return Err(CliError::Usage("--target 0 is where the piston starts; choose another position".into()));
-    }
     Ok(())
 }
 
@@ -159,13 +156,9 @@ fn position(
     settings: &LoopSettings,
     elf: Option<&[u8]>,
 ) -> Result<Vec<Run>, CliError> {
-    let half_m = rig.rig.cylinder.stroke_m / 2.0;
-    if arguments.target.abs() > half_m {
-        let text = format!("--target {} is beyond the end stops of {} (±{half_m} m)", arguments.target, rig.name);
-        return Err(CliError::Usage(text));
-    }
+    super::can_be_target("--target", arguments.target, rig)?;
     let chosen = match &arguments.config {
-        Some(path) => controller::read_parameters(path, rig)?,
+        Some(path) => controller::read_simulated_parameters(path, rig)?,
         None => controller::parameters(rig),
     };
     let gain_v_per_m = arguments.gain.unwrap_or(chosen.gain_v_per_m);

@@ -5,8 +5,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use plant_sim::bound::bound_s;
 use plant_sim::charts::{MM, scaled};
 use plant_sim::metrics::StepMetrics;
-use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, grid, random, response, run_all, within_tolerance};
+use plant_sim::sweep::{Base, Job, Key, Outcome, Variation, check, grid, random, response, run_all, within_tolerance};
 use plant_sim::{LoopSettings, MonitorAction, controller};
+use rayon::prelude::*;
 use report_html::{Page, Plot, Series, Table};
 use rig_files::{InputError, Short, write_file};
 use std::collections::BTreeMap;
@@ -96,6 +97,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let text = format!("{} runs are more than {MOST_RUNS}; use coarser grids or fewer samples", jobs.len());
         return Err(CliError::Usage(text));
     }
+    // Before the work: one combination that is refused would lose all others.
+    let wrong = jobs.par_iter().find_map_first(|job| check(&base, &keys, job).err().map(|error| (job, error)));
+    if let Some((job, error)) = wrong {
+        return Err(refused(&keys, job, &error.to_string()));
+    }
     super::make_folder(&arguments.out)?;
     say!("{} runs of {} s, seed {}", jobs.len(), arguments.duration, arguments.seed);
 
@@ -155,10 +161,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 fn base(arguments: &Arguments) -> Result<Base, CliError> {
     super::in_range("--duration", arguments.duration, 0.1, 600.0, "seconds")?;
     let rig = super::read_rig(&arguments.rig.rig)?;
-    let half_m = rig.rig.cylinder.stroke_m / 2.0;
-    super::in_range("--target", arguments.target, -half_m, half_m, "metres, between the end stops")?;
+    super::can_be_target("--target", arguments.target, &rig)?;
     let parameters = match &arguments.config {
-        Some(path) => controller::read_parameters(path, &rig)?,
+        Some(path) => controller::read_simulated_parameters(path, &rig)?,
         None => controller::parameters(&rig),
     };
     let settings = LoopSettings { monitor: arguments.monitor, ..LoopSettings::default() };
@@ -174,6 +179,14 @@ fn jobs(arguments: &Arguments, base: &Base) -> Result<(Vec<Key>, Vec<Job>), CliE
     for (at, variation) in variations.iter().enumerate() {
         if variations[..at].iter().any(|other| other.key.name() == variation.key.name()) {
             return Err(CliError::Usage(format!("--vary names {} twice", variation.key.name())));
+        }
+    }
+    for target in variations.iter().filter(|variation| variation.key.name() == Key::Target.name()) {
+        for end in [target.low, target.high] {
+            super::between_stops("--vary target_m", end, &base.rig)?;
+        }
+        if arguments.samples.is_none() && grid(&[*target], 0).iter().any(|job| job.values == [0.0]) {
+            super::can_be_target("--vary target_m: the point", 0.0, &base.rig)?;
         }
     }
     let keys = || variations.iter().map(|variation| variation.key).collect::<Vec<_>>();

@@ -77,7 +77,10 @@ pub fn from_rig(rig: &RigFile, present: &Settings) -> Result<FromRig, String> {
 }
 
 /// The rig with those effects in its numbers that stand for a number of it, as a diagnosis finds them; the others are told.
-fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterError> {
+///
+/// # Errors
+/// The plant refuses the rig.
+pub(crate) fn without_effects(rig: &RigFile) -> Result<(RigFile, Vec<String>), ParameterError> {
     let mut plain = rig.clone();
     let mut notes = Vec::new();
     let plant = Plant::new(&rig.rig, &rig.effects)?;

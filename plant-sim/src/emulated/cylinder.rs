@@ -62,14 +62,14 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
-    /// At rest at mid-stroke, both chambers at the equilibrium pressure.
+    /// At rest at mid-stroke, each chamber at its equilibrium pressure.
     ///
     /// # Errors
     /// The plant refuses a number of the rig.
     pub fn new(rig: &RigFile, noise: &CodeNoise, seed: u64) -> Result<Self, ParameterError> {
         let plant = Plant::new(&rig.rig, &rig.effects)?;
-        let p = rig.rig.equilibrium_pressure_pa();
-        let begin = plant.state_at_rest(0.0, p, p);
+        let [p_a, p_b] = rig.rig.equilibrium_pressures_pa();
+        let begin = plant.state_at_rest(0.0, p_a, p_b);
         let surroundings = Surroundings { force_n: 0.0, supply_pa: rig.rig.supply.pressure_pa, plugged: true };
         Ok(Self {
             simulator: Simulator::from_state(plant, begin, Stepper::adaptive(&Tolerance::standard())),

@@ -1,12 +1,12 @@
 //! What the controller can use of a diagnosis, and what that does to the closed loop.
 
 use crate::charts::MM;
-use crate::controller;
+use crate::commission::from_rig::without_effects;
+use crate::controller::{self, FROM_RIG};
 use crate::metrics::StepMetrics;
 use crate::recording::Recording;
 use crate::{LoopError, LoopSettings, MonitorAction};
-use control::Parameters;
-use plant_model::Plant;
+use control::{LawChoice, Parameters, Value};
 use report_html::{Marker, Page, Plot, Series, Table};
 use rig_files::RigFile;
 
@@ -14,7 +14,7 @@ use rig_files::RigFile;
 const DURATION_S: f64 = 5.0;
 /// The paper's target, m; shorter strokes get half of their half.
 const TARGET_M: f64 = 0.045;
-/// Proportional gains that are tried, V/m.
+/// Proportional gains of the paper's law that are tried where the positioning law cannot hold the rig, V/m.
 const GAINS: [f32; 9] = [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
 
 /// A controller and what it does on the extended rig.
@@ -35,27 +35,19 @@ pub struct Configured {
 pub struct Applied {
     /// Target, m.
     pub target_m: f64,
-    /// Configured from the nominal rig, with its dead zone and the gain that is best on it.
+    /// Configured from the nominal rig.
     pub before: Configured,
     /// Configured from the extended rig.
     pub after: Configured,
 }
 
-/// The controller's parameters for a rig with effects: the dead zone is that of the valve with its effects.
-///
-/// # Errors
-/// The plant refuses a parameter.
-pub fn informed(rig: &RigFile) -> Result<Parameters, LoopError> {
-    let mut parameters = controller::papers_parameters(rig);
-    let plant = Plant::new(&rig.rig, &rig.effects)?;
-    let dead_zone = plant.dead_zone();
-    (parameters.dead_zone_right_v, parameters.dead_zone_left_v) = (dead_zone.right_v as f32, dead_zone.left_v as f32);
-    Ok(parameters)
-}
-
-/// The gain that settles best on a simulated rig: mass, friction and flow coefficients enter through it.
+/// The controller's parameters for a rig whose effects stand in its numbers, as `board apply` has them. A single-acting cylinder is
+/// held by the paper's law, with the gain that settles best on the simulated rig.
 fn tuned(rig: &RigFile, target_m: f64) -> Result<Parameters, LoopError> {
-    let base = informed(rig)?;
+    let base = controller::parameters(&without_effects(rig)?.0);
+    if base.law == LawChoice::Servo {
+        return Ok(base);
+    }
     let mut best = (f64::INFINITY, base.clone());
     for gain in GAINS {
         let parameters = Parameters { gain_v_per_m: gain, ..base.clone() };
@@ -96,15 +88,16 @@ pub fn apply(nominal: &RigFile, extended: &RigFile) -> Result<Applied, LoopError
 }
 
 impl Applied {
-    /// The controller file (TOML) with what the diagnosis changes, for `--config`.
+    /// The controller file (TOML) with all that follows from the extended rig but sensors, converters and tick, for `--config`.
     #[must_use]
     pub fn controller_toml(&self) -> String {
         let p = &self.after.parameters;
-        format!(
-            "# From the extended rig; for `plant-sim run --config` and `plant-sim controller --config`.\n\
-             gain_v_per_m = {:?}\ndead_zone_right_v = {:?}\ndead_zone_left_v = {:?}\n",
-            p.gain_v_per_m, p.dead_zone_right_v, p.dead_zone_left_v
-        )
+        let gain = (p.law == LawChoice::Paper).then_some(control::Key::gain_v_per_m);
+        let keys = FROM_RIG.into_iter().filter(|key| !controller::OF_CONVERTERS.contains(key)).chain(gain);
+        let given = keys.map(|key| (key, p.get(key))).filter(|(_, value)| *value != Value::Absent);
+        let line = |(key, value): (control::Key, Value)| format!("{} = {value}\n", key.row().key);
+        "# From the extended rig; for `plant-sim run --config` and `plant-sim controller --config`.\n".to_string()
+            + &given.map(line).collect::<String>()
     }
 
     /// Before and after as a table.
@@ -113,19 +106,23 @@ impl Applied {
         let seconds = |time: Option<f64>| time.map_or("–".to_string(), |time| format!("{time:.3}"));
         let mut table = Table::new([
             "controller",
-            "gain, V/m",
+            "law",
             "dead zone, V",
-            "settled to 2 %, s",
+            "settled to 0.1 mm, s",
             "overshoot, %",
             "steady error, mm",
             "hunting, ± mm",
         ]);
         for Configured { name, parameters: p, metrics: m, .. } in [&self.before, &self.after] {
+            let law = match p.law {
+                LawChoice::Servo => "positioning".to_string(),
+                LawChoice::Paper => format!("the paper's, {} V/m", p.gain_v_per_m),
+            };
             table.row([
                 (*name).to_string(),
-                format!("{}", p.gain_v_per_m),
+                law,
                 format!("{:+.3} / {:+.3}", p.dead_zone_left_v, p.dead_zone_right_v),
-                seconds(m.settling_2_percent_s),
+                seconds(m.settling_0_1_mm_s),
                 format!("{:.1}", 100.0 * m.overshoot),
                 format!("{:.3}", m.steady_error_m * MM),
                 format!("{:.3}", m.hunting_m * MM),
@@ -139,8 +136,8 @@ impl Applied {
         page.section("What the controller gains");
         page.text(
             "The firmware's controller, configured once from the rig file as given and once from the extended rig, on the \
-             simulated extended rig: the dead zone goes into its inverse, mass, friction and flow coefficients into the \
-             choice of the gain by simulation. `controller.toml` holds the result.",
+             simulated extended rig. Of the extended rig it takes the numbers of valve, cylinder, load and friction, with those \
+             effects in them that stand for such a number. `controller.toml` holds the result.",
         );
         page.table(self.table());
         let mut plot = Plot::new("Positioning step on the extended rig", "time, s", "y, mm")

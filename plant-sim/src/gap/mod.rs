@@ -7,7 +7,7 @@ mod picture;
 mod units;
 mod words;
 
-pub use apply::{Applied, Configured, apply, informed};
+pub use apply::{Applied, Configured, apply};
 pub use json::to_json;
 pub use page::{Source, page};
 pub(crate) use units::significant;

@@ -3,7 +3,7 @@
 use super::separator::{LOOKED_AT, Separator};
 use super::units;
 use super::{Mapping, Source};
-use rig_files::InputError;
+use rig_files::{InputError, shorten};
 
 /// How many names of columns an error carries.
 const MOST_NAMES: usize = 40;
@@ -47,7 +47,7 @@ impl Mapping {
             }
             None => {
                 let known: Vec<String> =
-                    source.names.iter().filter(|name| !name.is_empty()).map(|name| shown(name)).collect();
+                    source.names.iter().filter(|name| !name.is_empty()).map(|name| shorten(name)).collect();
                 let more = known.len().saturating_sub(MOST_NAMES);
                 let more = if more > 0 { format!(" and {more} more") } else { String::new() };
                 format!("use one of: {}{more}", known[..known.len().min(MOST_NAMES)].join(", "))
@@ -95,7 +95,7 @@ impl Table<'_> {
     /// How a message calls a column.
     pub(super) fn column(&self, place: usize) -> String {
         match self.names.get(place) {
-            Some(name) if !name.is_empty() => format!("`{}`", shown(name)),
+            Some(name) if !name.is_empty() => format!("`{}`", shorten(name)),
             _ => (place + 1).to_string(),
         }
     }
@@ -113,9 +113,4 @@ fn named(names: &[String], name: &str) -> Vec<usize> {
     let places = |is: &dyn Fn(&String) -> bool| (0..names.len()).filter(|at| is(&names[*at])).collect::<Vec<usize>>();
     let exact = places(&|known| known == name);
     if exact.is_empty() { places(&alike) } else { exact }
-}
-
-/// Text of a file, as much of it as an error carries.
-pub(super) fn shown(text: &str) -> String {
-    text.chars().take(40).flat_map(char::escape_debug).collect()
 }

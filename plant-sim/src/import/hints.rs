@@ -4,6 +4,7 @@ use super::cells::Numbers;
 use super::separator::Separator;
 use super::units::Quantity;
 use super::{ColumnRule, TimeCells, stamps, units};
+use rig_files::shorten;
 
 /// What the hints may look at.
 pub(super) struct Place<'a> {
@@ -20,7 +21,7 @@ pub(super) struct Place<'a> {
 
 /// The problem and the remedy.
 pub(super) fn of(cell: &str, place: &Place<'_>) -> (String, String) {
-    let shown: String = cell.trim().chars().take(40).flat_map(char::escape_debug).collect();
+    let shown = shorten(cell.trim());
     let column = place.column;
     let wanted = match place.rule.time {
         TimeCells::Number => "a number",

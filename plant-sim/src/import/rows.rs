@@ -1,12 +1,12 @@
 //! Rows of a foreign table → the values of each column: times that go on, cells in SI, and what was left out or joined.
 
 use super::cells::Cell;
-use super::columns::{Found, Table, shown};
+use super::columns::{Found, Table};
 use super::hints::{self, Place};
 use super::separator::Separator;
 use super::stamps::{self, DAY_NS, SECOND_NS};
 use super::{ColumnRule, Mapping, TimeCells, units};
-use rig_files::{InputError, Short};
+use rig_files::{InputError, Short, shorten};
 
 /// What was left out or joined.
 #[derive(Default)]
@@ -268,7 +268,7 @@ impl<'a> Rows<'a> {
     /// The error of a number that its unit or its points carry beyond what a computer can hold.
     fn too_large(&self, rule: &ColumnRule, place: usize, cell: &str, line: u64) -> InputError {
         let column = self.source.column(place);
-        let problem = format!("column {column} is `{}`, which is no finite number in SI", shown(cell));
+        let problem = format!("column {column} is `{}`, which is no finite number in SI", shorten(cell));
         let remedy =
             format!("correct the cell, or `unit` and `points` under [column.{}] in {}", rule.name, self.mapping.file);
         self.error(line, problem, remedy)

@@ -60,6 +60,13 @@ impl ValveModel {
         self.known.angle(self.most - self.centre.abs() - self.right.max(self.left))
     }
 
+    /// The angle that gives a rate of force, N/s, as far as the valve goes.
+    #[must_use]
+    pub fn angle_for(&self, rate: f64, air: &Air) -> f64 {
+        let most = self.most_angle();
+        (rate / self.slope(rate, air)).clamp(-most, most)
+    }
+
     /// The command for an angle; `blend` is the angle below which the dead zone is crossed on a straight line.
     #[must_use]
     pub fn command(&self, theta: f64, blend: f64) -> f64 {

@@ -32,7 +32,7 @@ pub struct Demand {
     pub rest_m: f64,
 }
 
-/// Noise of the position over the error at which hold leaves: from 20 um of noise and 45 um.
+/// Noise of the position over the error at rest that it allows: with 20 um the paper's cylinders rest within 45 um (`verdicts.rs`).
 const NOISE_OVER_REST: f64 = 20.0 / 45.0;
 
 impl Margins {

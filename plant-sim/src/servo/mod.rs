@@ -239,24 +239,18 @@ impl Servo {
             if rate == 0.0 {
                 return self.valve.centre;
             }
-            let most = self.valve.most_angle();
-            let theta = (rate / self.valve.slope(rate, air)).clamp(-most, most);
-            return self.valve.command(theta, tuning.blend);
+            return self.valve.command(self.valve.angle_for(rate, air), tuning.blend);
         }
         if was_holding {
             self.motion = Motion { y: estimate.y, ..Motion::default() };
         }
         if let Some(rate) = self.stall.rate(error, estimate.force, &tuning) {
             self.motion = Motion { y: estimate.y, ..Motion::default() };
-            let most = self.valve.most_angle();
-            let theta = (rate / self.valve.slope(rate, air)).clamp(-most, most);
-            return self.valve.command(theta, tuning.blend);
+            return self.valve.command(self.valve.angle_for(rate, air), tuning.blend);
         }
         if let Some(rate) = self.stick.rate(resting, &self.hold.mean, estimate.force, &tuning) {
-            let most = self.valve.most_angle();
-            let theta = (rate / self.valve.slope(rate, air)).clamp(-most, most);
             self.motion = aim;
-            return self.valve.command(theta, tuning.blend);
+            return self.valve.command(self.valve.angle_for(rate, air), tuning.blend);
         }
         self.motion = self.motion.arrived(&aim, &tuning.limits, t);
         let r = self.motion;

@@ -1,9 +1,10 @@
 //! One rule from the rig's nominal numbers to every constant of the law.
 
 use super::reference::Limits;
+use control::Parameters;
 use control::servo::constants::*;
 use plant_model::Rig;
-use rig_files::tuning::{FORCE_RATE, Pneumatics, Rule, STIFFER};
+use rig_files::tuning::{Pneumatics, Rule, STIFFER};
 
 /// Every constant of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,13 +126,14 @@ impl Tuning {
         let delay_ticks = (delay_s / tick_s).min(MOST_DELAY_TICKS as f64) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
         let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
+        let force_rate = f64::from(Parameters::default().servo_force_rate_per_s);
         Self {
             tick_s,
             limits: Limits { speed, acceleration, jerk },
             law_w,
             keeps_up: bandwidths[0] / bandwidths[1],
             observer_w,
-            force_rate: FORCE_RATE,
+            force_rate,
             mass: rig.load.mass_kg,
             bristle_stiffness: STIFFER * friction.stiffness_n_per_m,
             viscous: friction.viscous_n_s_per_m,
@@ -168,7 +170,7 @@ impl Tuning {
             settle_ticks: (SETTLE_S / tick_s) as u32,
             trial_ticks: (TRIAL_S / tick_s) as u32,
             trial: LEAVE[0],
-            doubt: DOUBT * (tick_s / (1.0 / FORCE_RATE + FORCE_MEAN_S)).sqrt(),
+            doubt: DOUBT * (tick_s / (1.0 / force_rate + FORCE_MEAN_S)).sqrt(),
             force_noise_rate: FORCE_NOISE_RATE,
             stick_speed: STICK_SPEED,
             stick_ticks: (REST_S / tick_s) as u32,

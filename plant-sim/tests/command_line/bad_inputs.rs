@@ -25,6 +25,7 @@ fn folder() -> tempfile::TempDir {
     put("header.csv", b"t_s,u_v\n");
     put("log.csv", b"t_s,y_m,u_v\n0,0,0\n0.001,0,0\n");
     put("gain.toml", b"gain_v_per_m = -1\n");
+    put("ticks.toml", b"tick_hz = 2000\n");
     put("table.txt", b"0 1.0 3\n10 1.1 3\n20 x 3\n");
     put("good.txt", b"0 1.0 3\n10 1.1 3\n");
     let map = "[source]\nseparator = \"space\"\nheader = false\natmosphere_pa = 1.013e5\n[column.t_s]\nfrom = 1\nunit = \"ms\"\n\
@@ -142,7 +143,19 @@ const CASES: &[Case] = &[
     // Numbers are echoed so that they can be read.
     ("check huge.csv --rig rig.toml", &["y_m runs over 1.000e300 m, 1.000e300 strokes"]),
     ("simulate --rig rig.toml --input input.csv --out o.csv --initial y_m=1e300", &["y_m = 1e300 is beyond"]),
-    ("sweep --rig rig.toml --vary mass_kg=2:3:2 --target -1e300 --out o", &["--target -1e300 must lie"]),
+    ("sweep --rig rig.toml --vary mass_kg=2:3:2 --target -1e300 --out o", &["--target -1e300", "end stops"]),
+    ("sweep --rig rig.toml --vary mass_kg=2:3:2 --target 0 --out o", &["--target 0", "choose another"]),
+    ("sweep --rig rig.toml --vary target_m=-0.1:0.1:11 --out o", &["--vary target_m", "choose another"]),
+    ("sweep --rig rig.toml --vary target_m=0.1:9:3 --out o", &["--vary target_m 9", "end stops"]),
+    (
+        "sweep --rig rig.toml --vary friction.static_n=10:40:31 --out o",
+        &["friction.static_n = 10 is refused", "narrow"],
+    ),
+    (
+        "sweep --rig rig.toml --vary mass_kg=2:3:2 --config ticks.toml --out o",
+        &["ticks.toml", "line 1", "tick_hz", "[io]"],
+    ),
+    ("run --rig rig.toml --config ticks.toml --out o", &["ticks.toml", "line 1", "tick_hz", "[io]"]),
     ("sweep --rig rig.toml --vary mass_kg=1e300:1e301:2 --duration 0.1 --out o", &["load.mass_kg = 1e300 must be"]),
     ("run --rig rig.toml --gain 1e6 --out o", &["--gain 1e6 must lie from 0 to 10000 (V/m)"]),
     ("rig --bore -32 --rod 12 --stroke 200 --mass 4 --flow 700", &["--bore -32 must lie from 4 to 400 mm"]),

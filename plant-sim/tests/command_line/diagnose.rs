@@ -99,6 +99,17 @@ fn a_hidden_leak_is_named_and_the_extended_rig_runs() {
     ]);
     assert!(simulated.status.success());
 
+    // The controller of the extended rig is the positioning law, and holds a step within 0.1 mm.
+    let controller = text(&out.join("controller.toml")).to_string();
+    let at = text(&folder.path().join("run")).to_string();
+    let run = plant_sim(&["run", "--rig", &rig, "--config", &controller, "--duration", "2", "--out", &at]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let told = std::fs::read_to_string(&controller).expect("written");
+    assert!(told.contains("law = \"servo\"") && !told.contains("tick_hz"), "{told}");
+    let rows =
+        said.lines().skip_while(|line| !line.contains("settled to 0.1 mm")).filter(|line| line.contains("positioning"));
+    assert_eq!(rows.filter(|line| !line.contains('–')).count(), 2, "{said}");
+
     let report = std::fs::read_to_string(out.join("report.html")).expect("written");
     for word in
         ["The gap is explained", "noise alone", "share of the gap closed", "What this log cannot tell", "Appendix"]

@@ -131,12 +131,6 @@ impl System {
         self.handled.last().copied().unwrap_or(0)
     }
 
-    /// Exceptions being handled, the innermost last.
-    #[must_use]
-    pub fn nesting(&self) -> &[u32] {
-        &self.handled
-    }
-
     /// Whether the firmware asked for a reset; asking clears it.
     #[inline]
     pub fn take_reset_request(&mut self) -> bool {
