@@ -1,4 +1,5 @@
-//! Every number the diagnosis was given and did not derive, in one table.
+//! The numbers by which causes are searched, judged and named, given and not derived, in one table. What only one check or one
+//! curve of the report uses stands beside it, with its reason.
 //!
 //! A constant is a function, so that `--features sensitivity` can halve and double it: `docs/diagnosis-constants.md` says how
 //! the answers change then. Without the feature it is the number itself.

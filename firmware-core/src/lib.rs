@@ -50,6 +50,7 @@ mod telemetry_lines;
 mod timing;
 
 pub use bench::BenchPlant;
+pub use check::CHECK;
 pub use control_loop::{ControlLoop, LoopTick, MonitorSetup, Order, Setup, SetupError};
 pub use course::Course;
 pub use desk::{Action, Desk, OrderOutcome};

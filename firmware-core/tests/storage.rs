@@ -292,7 +292,7 @@ fn what_was_kept_with_other_parameters_of_the_rig_or_beyond_the_limits_is_not_be
         assert_eq!(begun_with(&other), Err(KeptError::OtherParameters), "{}", parameter.name());
     }
     for quantity in Quantity::ALL {
-        // A load may be nought, and what older firmware did not learn may be missing.
+        // A load may be zero, and what older firmware did not learn may be missing.
         let wrong = match quantity {
             Quantity::Load => [-100.0, 100.0, f32::INFINITY],
             _ if quantity.is_newer() => [0.0, 100.0, f32::INFINITY],

@@ -8,6 +8,7 @@ use core::fmt::Write;
 use core::mem::MaybeUninit;
 
 use crate::board::{self, ResetCause};
+use firmware_core::CHECK;
 
 const MAGIC: u32 = 0x504E_4555;
 const TEXT_BYTES: usize = 160;
@@ -55,11 +56,10 @@ impl Note {
 
     fn sum(&self) -> u32 {
         let words = [self.magic, self.kind, self.cfsr, self.hfsr, self.bfar, self.stack_pointer, self.text_len];
-        // FNV-1a: any well-mixing sum does; chance is the only adversary.
-        let start = 0x811C_9DC5_u32;
-        let mix = |sum: u32, word: u32| (sum ^ word).wrapping_mul(0x0100_0193);
-        let head = words.into_iter().fold(start, mix);
-        self.text.iter().fold(head, |sum, byte| mix(sum, u32::from(*byte)))
+        let mut sum = CHECK.digest();
+        words.iter().for_each(|word| sum.update(&word.to_le_bytes()));
+        sum.update(&self.text);
+        sum.finalize()
     }
 }
 

@@ -75,7 +75,7 @@ impl Isolation {
 /// One chamber in the tick of a disagreement.
 pub(crate) struct Side<'f> {
     pub(crate) found: &'f Found,
-    /// What an opening changes the pressure by, filling and exhausting, in the same unit on both sides; nought where the chamber is the
+    /// What an opening changes the pressure by, filling and exhausting, in the same unit on both sides; zero where the chamber is the
     /// room's air.
     pub(crate) by_opening: [f32; 2],
     /// It fills from a supply that is not measured.

@@ -52,7 +52,7 @@ impl Default for LoopSettings {
 }
 
 /// The longest [`LoopSettings::output_delay_ticks`].
-pub const MOST_DELAY_TICKS: u8 = 8;
+pub const MOST_OUTPUT_DELAY_TICKS: u8 = 8;
 
 /// Why a loop cannot be set up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ pub enum LoopError {
     Plant(ParameterError),
     /// The controller refuses a parameter.
     Controller(SetupError),
-    /// More output delay than [`MOST_DELAY_TICKS`].
+    /// More output delay than [`MOST_OUTPUT_DELAY_TICKS`].
     Delay(u8),
 }
 
@@ -70,7 +70,7 @@ impl fmt::Display for LoopError {
         match self {
             Self::Plant(error) => write!(f, "the plant refuses it: {error}"),
             Self::Controller(error) => write!(f, "the controller refuses it: {error}"),
-            Self::Delay(ticks) => write!(f, "an output delay of {ticks} ticks is more than {MOST_DELAY_TICKS}"),
+            Self::Delay(ticks) => write!(f, "an output delay of {ticks} ticks is more than {MOST_OUTPUT_DELAY_TICKS}"),
         }
     }
 }
@@ -113,7 +113,7 @@ pub struct LoopRecord {
 struct OutputDelay {
     ticks: usize,
     oldest: usize,
-    pending_v: [f64; MOST_DELAY_TICKS as usize],
+    pending_v: [f64; MOST_OUTPUT_DELAY_TICKS as usize],
 }
 
 impl OutputDelay {
@@ -164,7 +164,7 @@ impl ClosedLoop {
         parameters: &Parameters,
         settings: &LoopSettings,
     ) -> Result<Self, LoopError> {
-        if settings.output_delay_ticks > MOST_DELAY_TICKS {
+        if settings.output_delay_ticks > MOST_OUTPUT_DELAY_TICKS {
             return Err(LoopError::Delay(settings.output_delay_ticks));
         }
         let simulator = Simulator::new(&rig.rig, &rig.effects)?;
@@ -187,7 +187,7 @@ impl ClosedLoop {
             delay: OutputDelay {
                 ticks: usize::from(settings.output_delay_ticks),
                 oldest: 0,
-                pending_v: [safe_v; MOST_DELAY_TICKS as usize],
+                pending_v: [safe_v; MOST_OUTPUT_DELAY_TICKS as usize],
             },
         })
     }

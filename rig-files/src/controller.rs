@@ -260,17 +260,25 @@ pub fn config_error(file: &str, error: &ConfigError) -> InputError {
     InputError::new(file, problem, "correct the value in the rig file or in the controller file")
 }
 
+/// The words that a key of a controller file may be; `None` for a number.
+#[must_use]
+pub fn choices(key: Key) -> Option<String> {
+    match key.default_value() {
+        Value::Flag(_) => Some("true or false".to_string()),
+        Value::Choice(_, words) => Some(words.join(" or ")),
+        _ => None,
+    }
+}
+
 /// Every key of a controller file with its unit, range and default, for `--help`.
 #[must_use]
 pub fn keys_help() -> String {
     let line = |key: Key| {
         let row = key.row();
-        let range = match key.default_value() {
-            Value::Flag(_) => "true or false".to_string(),
-            Value::Choice(_, words) => words.join(" or "),
-            _ if row.limits.pair => format!("two of {}", row.limits),
-            _ => row.limits.to_string(),
-        };
+        let range = choices(key).unwrap_or_else(|| match row.limits.pair {
+            true => format!("two of {}", row.limits),
+            false => row.limits.to_string(),
+        });
         format!("  {:31} {range}, default {}\n", row.key, key.default_value())
     };
     "KEYS of a controller file (meanings: docs/controller.md)\n".to_string() + &Key::ALL.map(line).concat()

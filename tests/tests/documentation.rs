@@ -5,6 +5,7 @@
 use board_link::Parameter;
 use control::{Key, Value};
 use plant_model::{Rig, all_keys};
+use rig_files::controller::choices;
 use std::path::Path;
 
 const BEGIN: &str = "<!-- This table is generated. UPDATE_DOCS=1 cargo test -p scenarios --test documentation -->\n";
@@ -32,7 +33,7 @@ fn range(limits: control::Limits) -> String {
 fn of_the_controller() -> String {
     let rows = Key::ALL.into_iter().map(|key| {
         let (row, default) = (key.row(), key.default_value());
-        let range = if matches!(default, Value::Flag(_)) { "true, false".into() } else { range(row.limits) };
+        let range = choices(key).unwrap_or_else(|| range(row.limits));
         [format!("`{}`", row.key), or_dash(row.limits.unit), default.to_string(), range, key.meaning().into()]
     });
     table(["key", "unit", "default", "range", "meaning"], rows)

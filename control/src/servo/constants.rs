@@ -18,12 +18,12 @@ pub const DEAD_BAND_M: f64 = HOLD_M[0];
 pub const LONGEST_HOLD_S: f64 = 0.025;
 /// Largest acceleration of a streamed target, over the reference's limit.
 pub const MOST_ACCELERATION: f64 = 4.0;
-/// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at [`LOST`]
+/// Part of the limits that a target's own motion may take up and still be followed with all its derivatives; at [`NOT_FOLLOWED`]
 /// none is left.
 pub const FOLLOWED: f64 = 0.25;
 /// See [`FOLLOWED`]. Half of it: a sine of 50 mm and 0.5 Hz on (a) errs by 7 instead of 0.1 mm; twice: a sine of 16 Hz on (c) is passed by 2.6
 /// instead of 1.4 times its amplitude.
-pub const LOST: f64 = 0.4;
+pub const NOT_FOLLOWED: f64 = 0.4;
 /// How long a peak of that part counts, s: about a period of the slowest sine that takes up so much.
 pub const PEAK_HELD_S: f64 = 1.0;
 
@@ -44,7 +44,7 @@ pub const NEAR_M: f64 = 2e-6;
 /// same.
 pub const ARRIVED_M: f64 = 0.1e-3;
 /// Reference: part of its acceleration limit beyond which it counts as braking. A tenth and a half do as well; without a bound the
-/// sign of an acceleration of nought, along the speed limit, would decide.
+/// sign of an acceleration of zero, along the speed limit, would decide.
 pub const BRAKING: f64 = 0.25;
 /// Reference: distance from the piston up to which it may brake as planned, m: the error that the bandwidth is made for. Without a
 /// bound a sensor that reads garbage leads the piston 0.8 m astray, as nothing brings the reference back to it.
@@ -55,7 +55,7 @@ pub const ERROR_M: f64 = 0.5e-3;
 /// Delay of the loop by tick and output, ticks: a command acts one tick late, and stays for one, in the mean half a tick.
 pub const TICK_DELAY: f64 = 1.5;
 /// Hoses: most ticks of the command's delay; the ring that holds the commands has a power of two of places.
-pub const MOST_DELAY_TICKS: usize = 31;
+pub const MOST_HOSE_DELAY_TICKS: usize = 31;
 /// Gain times dead time of the loop that brings the force to the friction ahead: a phase margin of 61 degrees.
 pub const GAIN_DELAY: f64 = 0.5;
 /// Angle below which the dead zone is crossed on a straight line, rad: two codes of a DAC of 12 bits. A tenth, half, twice and ten
@@ -65,7 +65,7 @@ pub const BLEND: f64 = 0.01;
 /// force's 375/s the tick and its f64 twin differ by more than 80 codes in more than one tick of 100 of a move on (b).
 pub const PRESSURE_RATE: f64 = 250.0;
 /// Least driving pressure of a flow over the supply: the noise of a nearly full or empty chamber must not take the slope, by which the law
-/// divides, to nought. From a hundredth to five times of it moves on (a) to (c) are the same to the last digit.
+/// divides, to zero. From a hundredth to five times of it moves on (a) to (c) are the same to the last digit.
 pub const LEAST_DRIVE: f64 = 0.03;
 /// Least length of a chamber over that at mid-stroke. Of a chamber without clearance, as case (b)'s, the last millimetres answer faster
 /// than any valve: with 0.02 and 0.1 it never rests there, with 0.03 and 0.05 moves to 1 mm from the end settle within 0.7 s.

@@ -1,19 +1,19 @@
 //! The command on its way: hoses delay what the valve does by whole ticks.
 
-use super::constants::MOST_DELAY_TICKS;
+use super::constants::MOST_HOSE_DELAY_TICKS;
 use crate::quantities::Voltage;
 
 /// The last commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Delay {
-    ring: [Voltage; MOST_DELAY_TICKS + 1],
+    ring: [Voltage; MOST_HOSE_DELAY_TICKS + 1],
     at: u8,
 }
 
 impl Delay {
     /// With one command for a long time.
     pub(crate) fn of(command: Voltage) -> Self {
-        Self { ring: [command; MOST_DELAY_TICKS + 1], at: 0 }
+        Self { ring: [command; MOST_HOSE_DELAY_TICKS + 1], at: 0 }
     }
 
     /// Takes this tick's command and returns that of some ticks ago.
@@ -22,7 +22,7 @@ impl Delay {
         if ticks == 0 {
             return command;
         }
-        let place = |at: u8| usize::from(at) & MOST_DELAY_TICKS;
+        let place = |at: u8| usize::from(at) & MOST_HOSE_DELAY_TICKS;
         self.ring[place(self.at)] = command;
         let past = self.ring[place(self.at.wrapping_sub(ticks))];
         self.at = self.at.wrapping_add(1);

@@ -100,7 +100,7 @@ impl Spool {
 
 impl Estimate {
     /// Corrects the prediction by this tick's samples, `samples` with these, while the piston stands: before the valve can have moved
-    /// it. Its velocity is nought, and what balances the force is whatever that is. So position and force are means over all
+    /// it. Its velocity is zero, and what balances the force is whatever that is. So position and force are means over all
     /// samples, and the disturbance takes back what the force is corrected by.
     #[inline]
     pub(crate) fn correct_standing(&mut self, y: Position, force: Option<Acceleration>, samples: u16) -> Innovation {
@@ -137,8 +137,8 @@ impl Estimate {
         self.force = force;
     }
 
-    /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
-    /// depend; the sum of both stays.
+    /// Without a measured force, what the model does not explain is slowly taken for force, on which stiffness and
+    /// slopes depend; the sum of both stays.
     #[inline]
     pub(crate) fn unseen_force(&mut self, gains: &ObserverGains) {
         let part = gains.unseen.of(self.disturbance);

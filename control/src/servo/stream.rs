@@ -54,7 +54,7 @@ pub struct Stream {
     last: Position,
     /// Where the target was when it last left the dead band.
     anchor: Position,
-    /// Velocity by the last change; nought where it had stood before.
+    /// Velocity by the last change; zero where it had stood before.
     change_v: Velocity,
     /// Ticks since the last change.
     since: u16,

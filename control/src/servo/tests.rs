@@ -778,7 +778,7 @@ fn every_parameter_of_the_law_is_the_rigs_or_says_how_fast_it_moves() {
 #[test]
 fn a_controlled_stop_asks_for_the_rate_that_brings_the_force_to_that_at_rest_and_for_no_other_side() {
     let mut tuning = tuning();
-    // With a rod and a load the force at rest is not nought.
+    // With a rod and a load the force at rest is not zero.
     tuning.chambers.rest[1] = tuning.chambers.rest[0].saturating_sub(Acceleration::from_num(3));
     let state = ServoState { valve: new_valve(&tuning), ..ServoState::default() };
     let air = tuning.chambers.air(Position::ZERO, [tuning.chambers.rest[0]; 3]);

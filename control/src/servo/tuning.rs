@@ -156,8 +156,8 @@ impl Tuning {
         // Where the format of `bristle_q24` ends a piston sticks by its bristles as good as rigidly within a tick.
         let bristle = f64::from(p.servo_bristle_per_s2).min(STIFFEST * hz * hz);
         let viscous = f64::from(p.servo_viscous_per_s);
-        let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(MOST_DELAY_TICKS as f64) as u8;
-        // What is no whole tick the lag takes up.
+        let delay_ticks = (f64::from(p.servo_delay_s) * hz).min(MOST_HOSE_DELAY_TICKS as f64) as u8;
+        // The lag takes up the rest: what is no whole tick, and what is beyond the ring of commands.
         let lag = f64::from(p.servo_lag_s) + (f64::from(p.servo_delay_s) - f64::from(delay_ticks) * t);
         let coulomb_start = match (p.servo_stick_slip, p.pressure_sensors) {
             (true, true) => SLIPPING_COULOMB_START,
@@ -249,9 +249,9 @@ impl Tuning {
                     Factor::new(1.0 / (CALM_JERK * jerk)),
                 ),
                 forget: Share::new(t / PEAK_HELD_S),
-                lost: exactly(LOST),
+                lost: exactly(NOT_FOLLOWED),
                 followed_part: exactly(FOLLOWED),
-                followed: Factor::new(1.0 / (LOST - FOLLOWED)),
+                followed: Factor::new(1.0 / (NOT_FOLLOWED - FOLLOWED)),
             },
             limits: Limits {
                 speed: exactly::<I6F26>(natural),

@@ -254,7 +254,7 @@ pub fn step(bench: &mut Bench, target: f64, ticks: u32) -> Move {
 pub struct Sent {
     /// Time between new values, s.
     pub every_s: f64,
-    /// Size of a code, m; nought for none.
+    /// Size of a code, m; zero for none.
     pub code_m: f64,
     /// Standard deviation of its noise, m.
     pub noise_m: f64,

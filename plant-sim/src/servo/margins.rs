@@ -69,7 +69,7 @@ const KEEPS_UP: f64 = 0.8;
 /// Time constants of the law that a move takes longer for each unit of that part below.
 const LATE: f64 = 100.0;
 /// Part below which no move settles for certain.
-const LOST: f64 = 0.4;
+const LEAST_KEEPS_UP: f64 = 0.4;
 
 /// Time of a move of `distance` m, s; infinite where none settles for certain. The reference's, and one time constant of the law
 /// as long as delay and lag leave it 0.8 of the bandwidth that the air's jerk calls for: measured moves of 10 mm and more on the paper's cylinders
@@ -78,7 +78,7 @@ const LOST: f64 = 0.4;
 /// to move; the line is above what was seen.
 #[must_use]
 pub fn move_time_s(tuning: &Tuning, distance: f64) -> f64 {
-    if tuning.keeps_up < LOST {
+    if tuning.keeps_up < LEAST_KEEPS_UP {
         return f64::INFINITY;
     }
     let t = tuning.tick_s;

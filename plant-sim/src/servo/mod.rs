@@ -311,7 +311,7 @@ impl Servo {
         let [p_a, p_b, p_sup] = self.pressures;
         let atmosphere = self.rig.supply.atmosphere_pa;
         let heat = gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k;
-        // Never nought, whatever a sensor says.
+        // Never zero, whatever a sensor says.
         let small = LEAST_DRIVE * p_sup.max(atmosphere);
         let p = [p_a, p_b];
         let slope = |fills: usize, empties: usize| {

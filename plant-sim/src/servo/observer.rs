@@ -61,7 +61,7 @@ impl Estimate {
         innovation
     }
 
-    /// The same while the piston stands, before the valve can have moved it: velocity is nought, and what balances the force is what
+    /// The same while the piston stands, before the valve can have moved it: velocity is zero, and what balances the force is what
     /// does. So position and force are means over the samples so far, and the disturbance takes back what the force is corrected by.
     pub fn correct_standing(&mut self, y: f64, force: f64, samples: u32) -> Innovation {
         let innovation = Innovation { force: force - self.force, y: y - self.y };
@@ -78,8 +78,8 @@ impl Estimate {
         self.force = force;
     }
 
-    /// Without a measured force, what the model does not explain is slowly taken for force, of which stiffness and slopes
-    /// depend; the sum of both stays.
+    /// Without a measured force, what the model does not explain is slowly taken for force, on which stiffness and
+    /// slopes depend; the sum of both stays.
     pub fn unseen_force(&mut self, tuning: &Tuning) {
         let part = (UNSEEN_RATE * tuning.tick_s).min(1.0) * self.disturbance;
         self.force += part;

@@ -2,7 +2,7 @@
 
 use super::reference::{Limits, Motion};
 use control::servo::constants::{
-    CALM_JERK, DEAD_BAND_M, FOLLOWED, JERK_BANDWIDTH, LONGEST_HOLD_S, LOST, MOST_ACCELERATION, MOST_PER_CHANGE,
+    CALM_JERK, DEAD_BAND_M, FOLLOWED, JERK_BANDWIDTH, LONGEST_HOLD_S, MOST_ACCELERATION, MOST_PER_CHANGE, NOT_FOLLOWED,
     PEAK_HELD_S, STREAM_BANDWIDTH,
 };
 
@@ -16,7 +16,7 @@ pub struct Stream {
     last: f64,
     /// Ticks since then.
     since: u32,
-    /// Velocity by the last two changes; nought at rest.
+    /// Velocity by the last two changes; zero at rest.
     change_v: f64,
     /// Whether the target moves.
     moves: bool,
@@ -114,7 +114,7 @@ impl Stream {
         // The peaks count: acceleration and jerk of a sine come in turn.
         self.used = used.max(self.used - t / PEAK_HELD_S * self.used);
         self.arrived |= self.used > 0.0;
-        let followed = ((LOST - self.used) / (LOST - FOLLOWED)).clamp(0.0, 1.0);
+        let followed = ((NOT_FOLLOWED - self.used) / (NOT_FOLLOWED - FOLLOWED)).clamp(0.0, 1.0);
         Aim {
             motion: Motion { y, v: followed * v, a: followed * a },
             jerk: followed * self.jerk,

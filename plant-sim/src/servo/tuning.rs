@@ -29,17 +29,17 @@ pub struct Tuning {
     pub viscous: f64,
     /// Nominal Coulomb friction, N.
     pub coulomb: f64,
-    /// Part of it that is compensated before any is learned.
+    /// Part of the nominal Coulomb friction that is compensated before any is learned.
     pub coulomb_start: f64,
     /// Coulomb friction compensated at most where pressures are not measured, N.
     pub unseen_coulomb: f64,
-    /// How fast it is learned in slow motion towards a standing target, 1/s.
+    /// How fast Coulomb friction is learned in slow motion towards a standing target, 1/s.
     pub slow_learn: f64,
     /// Loads that the supply can hold, N.
     pub load_bounds: [f64; 2],
     /// Ticks after a run begins in which the piston still stands.
     pub standing_ticks: u32,
-    /// Part of it that is unlearned each time that the piston passes a standing target.
+    /// Part of the Coulomb friction that is unlearned each time that the piston passes a standing target.
     pub unlearn: f64,
     /// Lag of the spool, and what of the hoses' delay is no whole tick, s.
     pub lag_s: f64,
@@ -107,7 +107,7 @@ pub struct Tuning {
     pub near_m: f64,
     /// Distance of the reference from its target at which it has arrived, m.
     pub arrived_m: f64,
-    /// Hold: the same in the long mean of the error.
+    /// Hold: weight of a new value in the long mean of the error.
     pub slow_weight: f64,
 }
 
@@ -123,7 +123,7 @@ impl Tuning {
         let mean_s = if stick_slip { SLIPPING_MEAN_S } else { MEAN_S };
         let Pneumatics { delay_s, areas_m2: [area_a, area_b], .. } = Pneumatics::of(rig);
         let (supply, atmosphere) = (rig.supply.pressure_pa, rig.supply.atmosphere_pa);
-        let delay_ticks = (delay_s / tick_s).min(MOST_DELAY_TICKS as f64) as usize;
+        let delay_ticks = (delay_s / tick_s).min(MOST_HOSE_DELAY_TICKS as f64) as usize;
         let centre_v = (valve.dead_zone_right_v + valve.dead_zone_left_v) / 2.0;
         let half_v = (valve.dead_zone_right_v - valve.dead_zone_left_v) / 2.0;
         let force_rate = f64::from(Parameters::default().servo_force_rate_per_s);
