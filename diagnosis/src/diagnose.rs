@@ -10,6 +10,7 @@ use crate::data::hum;
 use crate::data::outliers;
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
+use crate::data::repeats;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 use crate::estimate::effort::Effort;
 use crate::estimate::problem::{Fit, Problem};
@@ -32,7 +33,8 @@ use rig_files::{Log, RigFile, Verdict};
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     progress("check");
-    let (log, outliers) = outliers::left_out(log);
+    let (live, repeats) = repeats::left_out(log);
+    let (log, outliers) = outliers::left_out(&live);
     let (log, _) = hum::subtracted(log);
     let log = log.as_ref();
     if let Some(found) = contradictions(rig, log).into_iter().next() {
@@ -40,6 +42,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     }
     let mut rows = prepare(log, rig);
     rows.quality.isolated_readings = outliers.len();
+    rows.quality.repeated_readings = repeats.iter().map(|repeats| repeats.rows).sum();
     let record = &rows;
     if record.len() < LEAST_SAMPLES {
         return Err(DiagnosisError::TooShort { found: record.len() });

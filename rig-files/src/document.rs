@@ -39,7 +39,8 @@ impl<'t> Document<'t> {
                 let line = line_of(text, at);
                 let near = shorten(text.lines().nth(line as usize - 1).unwrap_or_default().trim());
                 let problem = format!("is not valid TOML near `{near}`: {}", error.message().replace('\n', " "));
-                Err(InputError::new(file, problem, "write `key = value` lines under `[table]` headers").at_line(line))
+                let remedy = "write `key = value` lines under `[table]` headers, numbers with a decimal point and text in quotes";
+                Err(InputError::new(file, problem, remedy).at_line(line))
             }
         }
     }

@@ -6,6 +6,7 @@ use crate::constants;
 use crate::data::hum::Hum;
 use crate::data::outliers::Outlier;
 use crate::data::record::Record;
+use crate::data::repeats::{Kind, Repeats};
 use crate::errors::LEAST_SAMPLES;
 use core::ops::Range;
 use plant_model::Short;
@@ -24,6 +25,23 @@ pub(crate) fn hum(found: &Hum) -> Flaw {
         format!("{name} carries hum of the mains, {:.1} Hz with an amplitude of {amplitude:.0} {unit}", found.hz),
         "it is subtracted; shield the sensor's cable and supply it from a clean source",
     )
+}
+
+/// Readings that were left out because they repeat others.
+pub(crate) fn repeats(found: &Repeats) -> Flaw {
+    let name = found.column.name();
+    match found.kind {
+        Kind::Frozen { from_s, length_s } => loss(
+            format!("{name} does not change for {:.1} s, from {:.3} s on", Short(length_s), Short(from_s)),
+            "it is not judged there; check the sensor and the logger's channel: a live sensor has noise",
+        ),
+        Kind::Held { for_rows } => loss(
+            format!(
+                "{name} has a new reading in one of {for_rows} rows only: it was sampled more slowly than the others"
+            ),
+            "only rows with new readings are judged; record all columns at one rate",
+        ),
+    }
 }
 
 /// Single readings that were left out, column by column.
@@ -117,6 +135,21 @@ pub(crate) fn dead(log: &Log) -> Option<String> {
     let still = |values: &[f64]| frozen(values).len() == values.len();
     let names: Vec<&str> = sensors.iter().map(|(column, _)| column.name()).collect();
     (log.len() >= LEAST_SAMPLES && sensors.iter().all(|(_, values)| still(values))).then(|| names.join(", "))
+}
+
+/// Two columns of pressures that hold the same readings, though they change.
+pub(crate) fn alike(log: &Log) -> Option<(&'static str, &'static str)> {
+    let all = [Column::PA, Column::PB, Column::PSup];
+    let pairs = all.into_iter().enumerate().flat_map(|(at, one)| all[at + 1..].iter().map(move |other| (one, *other)));
+    let same = |(one, other): &(Column, Column)| {
+        let (Some(a), Some(b)) = (log.column(*one), log.column(*other)) else { return false };
+        let both = || a.iter().zip(b).filter(|(a, b)| a.is_finite() && b.is_finite());
+        let equal = both().filter(|(a, b)| a == b).count();
+        // What rests on one code in both, such as vented chambers, is alike by chance.
+        let changes = both().zip(both().skip(1)).filter(|((before, _), (after, _))| before != after).count();
+        both().count() >= LEAST_SAMPLES && equal == both().count() && changes > 0
+    };
+    pairs.filter(same).map(|(one, other)| (one.name(), other.name())).next()
 }
 
 /// The longest run of rows in which a column keeps one value.

@@ -32,6 +32,12 @@ pub(crate) fn contradictions(rig: &RigFile, log: &Log) -> Vec<Flaw> {
             "check the sensors' supply and what the logger is connected to".into(),
         )];
     }
+    if let Some((one, other)) = channels::alike(log) {
+        return vec![contradiction(
+            format!("{one} and {other} are the same readings: two sensors have noise of their own"),
+            format!("correct `from` under [column.{one}] or [column.{other}] in the mapping"),
+        )];
+    }
     let units = units(rig, log);
     let misread = || turned(rig, log).or_else(|| supply_as_gauge(rig, log)).or_else(|| misread(rig, log));
     if units.is_empty() { misread().into_iter().collect() } else { units }
@@ -102,6 +108,16 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
             out.push(contradiction(
                 format!("{name} rises to {high:.3e} Pa, {:.0} times the supply", Short(high / r.supply.pressure_pa)),
                 format!("give {name} in Pa, absolute: correct `unit` under [column.{name}] in the mapping"),
+            ));
+        } else if column == Column::PSup
+            && far * (high - r.supply.atmosphere_pa) < r.supply.pressure_pa - r.supply.atmosphere_pa
+        {
+            let [high, stated] = [high, r.supply.pressure_pa].map(|pa| Short(pa * 1.0e-5));
+            out.push(contradiction(
+                format!("{name} never exceeds {high:.3} bar, absolute, where the rig file states {stated:.3}"),
+                format!(
+                    "correct `unit` of the pressures under [column.{name}] and the others in the mapping; or open the supply"
+                ),
             ));
         }
     }

@@ -9,6 +9,7 @@ pub(crate) mod mapping;
 use crate::data::hum;
 use crate::data::outliers;
 use crate::data::prepare::prepare;
+use crate::data::repeats;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 pub use information::{Knowledge, Window};
 use plant_model::Plant;
@@ -51,7 +52,8 @@ pub struct Check {
 /// If the log allows no judgement at all.
 pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
     Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
-    let (log, outliers) = outliers::left_out(log);
+    let (live, repeats) = repeats::left_out(log);
+    let (log, outliers) = outliers::left_out(&live);
     let (log, hums) = hum::subtracted(log);
     let log = log.as_ref();
     let mut findings: Vec<Flaw> = mapping::contradictions(rig, log);
@@ -63,6 +65,7 @@ pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
     if findings.is_empty() {
         findings.extend(mapping::supply_in_doubt(rig, log));
     }
+    findings.extend(repeats.iter().map(channels::repeats));
     findings.extend(channels::isolated(&outliers));
     findings.extend(hums.iter().map(channels::hum));
     findings.extend(channels::losses(rig, log, &rows));

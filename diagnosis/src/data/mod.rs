@@ -9,6 +9,7 @@ pub(crate) mod outliers;
 pub(crate) mod prepare;
 pub(crate) mod quality;
 pub(crate) mod record;
+pub(crate) mod repeats;
 pub(crate) mod smoothing;
 pub(crate) mod spline;
 pub(crate) mod split;

@@ -30,6 +30,8 @@ pub struct Quality {
     pub blank_rows: usize,
     /// Single readings left out, far from all their neighbours.
     pub isolated_readings: usize,
+    /// Readings left out because they only repeat the one before: of a frozen sensor, or of a column held between its samples.
+    pub repeated_readings: usize,
     /// Interruptions (missing rows), not bridged.
     pub interruptions: usize,
     /// Usual sampling interval, s.

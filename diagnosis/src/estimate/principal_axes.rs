@@ -34,6 +34,14 @@ impl Parabola {
         Self { slope: (above - below) / (2.0 * step), curvature: (above - 2.0 * middle + below) / (step * step) }
     }
 
+    /// The parabola at the first of three costs, the others at one step and at two.
+    fn from([here, near, far]: [f64; 3], step: f64) -> Self {
+        Self {
+            slope: (4.0 * near - 3.0 * here - far) / (2.0 * step),
+            curvature: (here - 2.0 * near + far) / (step * step),
+        }
+    }
+
     /// Where the cost is least, as far as the parabola can be trusted; downhill where it has no minimum.
     fn minimum(self, step: f64) -> f64 {
         let farthest = constants::axis_reach() * step;
@@ -76,7 +84,9 @@ impl Problem<'_> {
 
     /// The fit at the least cost along an axis, or the same.
     fn down_along(&self, fit: Fit, axis: &Axis) -> Fit {
-        let Some((parabola, step)) = self.parabola(&fit, axis) else { return fit };
+        let Some((parabola, step)) = self.parabola(&fit, axis).or_else(|| self.half_parabola(&fit, axis)) else {
+            return fit;
+        };
         let trial = moved(&fit.hypothesis, &axis.direction, parabola.minimum(step));
         self.evaluate_as_is(trial).filter(|trial| trial.cost(self) < fit.cost(self)).unwrap_or(fit)
     }
@@ -95,6 +105,27 @@ impl Problem<'_> {
         let cost = |step: f64| Some(self.evaluate_as_is(moved(h, &axis.direction, step))?.cost(self));
         let (below, above) = rayon::join(|| cost(-step), || cost(step));
         Some((Parabola::through([below?, fit.cost(self), above?], step), step))
+    }
+
+    /// The same where a parameter stands at its bound: the cost at three places along the axis on the side that is free.
+    fn half_parabola(&self, fit: &Fit, axis: &Axis) -> Option<(Parabola, f64)> {
+        let h = &fit.hypothesis;
+        let room = |side: f64| {
+            let to_bound = |k: usize| {
+                let (p, by) = (&h.parameters[k], side * axis.direction[k] * h.parameters[k].scale);
+                let bound = if by > 0.0 { p.max } else { p.min };
+                if by == 0.0 { f64::INFINITY } else { (bound - h.values[k]) / by }
+            };
+            (0..h.values.len()).map(to_bound).fold(2.0 * axis.step, f64::min)
+        };
+        let side = if room(1.0) > room(-1.0) { 1.0 } else { -1.0 };
+        let step = 0.5 * room(side);
+        if step < constants::step_smooth() {
+            return None;
+        }
+        let cost = |step: f64| Some(self.evaluate_as_is(moved(h, &axis.direction, side * step))?.cost(self));
+        let (near, far) = rayon::join(|| cost(step), || cost(2.0 * step));
+        Some((Parabola::from([fit.cost(self), near?, far?], side * step), step))
     }
 
     /// The curvature of the cost along an axis. Between breakaways that move to another moment it can be negative; then longer steps

@@ -37,6 +37,14 @@ pub enum FrictionMapError {
         /// Its name.
         column: &'static str,
     },
+    /// Friction drives the piston.
+    #[error(
+        "has a force that drives the piston where friction holds it back: turn `sign` under [column.f_ext_n] in the mapping, as f_ext_n counts towards +y"
+    )]
+    Reversed {
+        /// Which log, counted from 0.
+        log: usize,
+    },
     /// The piston does not slide in both directions.
     #[error("has too little sliding in one direction: record strokes in both directions at a slow, steady speed")]
     NoMotion {
@@ -51,9 +59,9 @@ pub enum FrictionMapError {
 pub struct FrictionMap {
     /// The recordings.
     pub runs: Vec<FrictionRun>,
-    /// Friction at zero pressure difference, N.
+    /// Friction at no pressure, N.
     pub friction_n: Finding,
-    /// Growth of friction with pressure, N/Pa.
+    /// Growth of friction with the sum of both gauge pressures, N/Pa.
     pub pressure_n_per_pa: Finding,
     /// Growth of friction with speed, N s/m: inside the recordings where their speed varies, else between them at equal
     /// pressure.

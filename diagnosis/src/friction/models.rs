@@ -17,7 +17,7 @@ const STRONG: f64 = 6.0;
 pub enum OffCentre {
     /// The same at every pressure: a constant force or a zero error of the force sensor.
     ConstantForce,
-    /// In proportion to pressure: an area, or a gain of a sensor, other than stated.
+    /// In proportion to the pressure across the piston: an area, or a gain of a sensor, other than stated.
     Area,
     /// In proportion to friction: friction that differs by direction.
     Direction,
@@ -78,6 +78,7 @@ struct Contents {
 /// The figures of the recordings, column by column.
 struct Figures {
     pressure: Vec<f64>,
+    difference: Vec<f64>,
     speed: Vec<f64>,
     friction: Vec<f64>,
     bias: Vec<f64>,
@@ -91,6 +92,7 @@ impl Figures {
         let column = |get: fn(&FrictionRun) -> f64| runs.iter().map(get).collect::<Vec<f64>>();
         Self {
             pressure: column(|r| r.pressure_pa),
+            difference: column(|r| r.difference_pa),
             speed: column(|r| r.speed_m_per_s),
             friction: column(|r| r.friction_n),
             bias: column(|r| r.bias_n),
@@ -129,9 +131,9 @@ impl Figures {
         let ones = vec![1.0; self.bias.len()];
         let columns: &[&[f64]] = match kind {
             OffCentre::ConstantForce => &[&ones],
-            OffCentre::Area => &[&self.pressure],
+            OffCentre::Area => &[&self.difference],
             OffCentre::Direction => &[&self.friction],
-            OffCentre::AreaAndForce => &[&self.pressure, &ones],
+            OffCentre::AreaAndForce => &[&self.difference, &ones],
         };
         let (found, squares) = proportional(&self.bias, columns);
         let n = self.bias.len() as f64;
@@ -144,7 +146,7 @@ struct Fitted {
     f0: f64,
     per_pa: f64,
     per_speed: f64,
-    /// Constant force, N; force per pressure, N/Pa; share of friction.
+    /// Constant force, N; force per pressure difference, N/Pa; share of friction.
     off_centre: [f64; 3],
 }
 
@@ -166,9 +168,9 @@ impl Fitted {
     }
 
     fn force(&self, s: &Sample) -> f64 {
-        let friction = self.f0 + self.per_pa * s.p + self.per_speed * s.speed;
+        let friction = self.f0 + self.per_pa * s.sum_pa + self.per_speed * s.speed;
         let [constant, per_pa, share] = self.off_centre;
-        s.direction * friction + constant + per_pa * s.p + share * friction
+        s.direction * friction + constant + per_pa * s.difference_pa + share * friction
     }
 }
 

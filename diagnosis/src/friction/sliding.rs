@@ -20,8 +20,11 @@ const LEAST_SAMPLES: usize = 100;
 /// What one recording shows.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrictionRun {
-    /// Mean gauge pressure difference across the piston while sliding, Pa.
+    /// Mean of the sum of both gauge pressures while sliding, Pa: what presses the seals on their ways. A chamber that was not
+    /// measured counts as vented.
     pub pressure_pa: f64,
+    /// Mean difference of the gauge pressures across the piston while sliding, Pa.
+    pub difference_pa: f64,
     /// Mean speed, m/s.
     pub speed_m_per_s: f64,
     /// Speeds that nine tenths of the sliding samples lie between, m/s.
@@ -45,8 +48,10 @@ pub(super) struct Sample {
     pub(super) y: f64,
     /// Force that the piston's seals and guides must bear: area times pressure difference plus measured force, N.
     pub(super) r: f64,
-    /// Pressure difference, Pa.
-    pub(super) p: f64,
+    /// Sum of both gauge pressures, Pa.
+    pub(super) sum_pa: f64,
+    /// Pressure difference across the piston, Pa.
+    pub(super) difference_pa: f64,
     /// Speed, m/s.
     pub(super) speed: f64,
     /// 1 towards +y, -1 towards -y.
@@ -75,16 +80,16 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
     let atmosphere = rig.rig.supply.atmosphere_pa;
     let gauge = |column: &Option<Vec<f64>>, k: usize| column.as_ref().map_or(0.0, |p| p[k] - atmosphere);
     let cylinder = &rig.rig.cylinder;
-    // Position, pressure difference and what the seals and guides must bear, by time.
-    let rows: Vec<(f64, f64, f64, f64)> = (0..log.len())
+    // Time, position, gauge pressures, and what the seals and guides must bear.
+    let rows: Vec<(f64, f64, [f64; 2], f64)> = (0..log.len())
         .map(|k| {
             let (a, b) = (gauge(&log.p_a_pa, k), gauge(&log.p_b_pa, k));
             // The atmosphere acts on the rod: gauge pressures on their areas. A chamber with a spring breathes freely.
             let b = if cylinder.is_single_acting() { 0.0 } else { b };
             let driving = cylinder.area_a_m2 * a - cylinder.area_b_m2 * b - cylinder.spring_force_n(log.y_m[k]);
-            (log.t_s[k], log.y_m[k], a - b, driving + force[k])
+            (log.t_s[k], log.y_m[k], [a, b], driving + force[k])
         })
-        .filter(|(_, y, p, r)| y.is_finite() && p.is_finite() && r.is_finite())
+        .filter(|(_, y, [a, b], r)| [y, a, b, r].iter().all(|x| x.is_finite()))
         .collect();
     let t: Vec<f64> = rows.iter().map(|row| row.0).collect();
     let y: Vec<f64> = rows.iter().map(|row| row.1).collect();
@@ -121,7 +126,8 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
         samples.push(Sample {
             y: row.1,
             r: row.3,
-            p: row.2,
+            sum_pa: row.2[0] + row.2[1],
+            difference_pa: row.2[0] - row.2[1],
             speed: v.abs(),
             direction,
             flat: 0.0,
@@ -141,7 +147,8 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
     let speed = mean(&speeds);
     speeds.sort_unstable_by(f64::total_cmp);
     let summary = FrictionRun {
-        pressure_pa: mean(&samples.iter().map(|s| s.p).collect::<Vec<_>>()),
+        pressure_pa: mean(&samples.iter().map(|s| s.sum_pa).collect::<Vec<_>>()),
+        difference_pa: mean(&samples.iter().map(|s| s.difference_pa).collect::<Vec<_>>()),
         speed_m_per_s: speed,
         speed_range_m_per_s: [speeds[speeds.len() / 20], speeds[speeds.len() - 1 - speeds.len() / 20]],
         friction_n: 0.5 * (mean(&up) - mean(&down)),
@@ -150,6 +157,9 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
         ripple_n: 0.0,
         samples: samples.len(),
     };
+    if summary.friction_n < 0.0 {
+        return Err(FrictionMapError::Reversed { log: place });
+    }
     Ok(Run { samples, summary, spacing_m: speed * step_s, range_m })
 }
 

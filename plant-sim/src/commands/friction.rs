@@ -41,7 +41,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     let logs = arguments.log.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let refused = |error: FrictionMapError| {
-        let (FrictionMapError::Missing { log, .. } | FrictionMapError::NoMotion { log }) = error;
+        let (FrictionMapError::Missing { log, .. }
+        | FrictionMapError::NoMotion { log }
+        | FrictionMapError::Reversed { log }) = error;
         let text = error.to_string();
         let (problem, remedy) = text.split_once(": ").unwrap_or((&text, "record it"));
         CliError::Input(InputError::new(arguments.log[log].display().to_string(), problem, remedy))
@@ -78,7 +80,7 @@ fn sentences(map: &FrictionMap, rig: &RigFile) -> Vec<String> {
     let count = map.runs.len();
     if map.pressure_n_per_pa.established {
         out.push(format!(
-            "Friction grows with pressure: {} N plus {} N for each bar across the piston.",
+            "Friction grows with pressure: {} N plus {} N for each bar, both chambers together.",
             value(&map.friction_n, 1.0),
             value(&map.pressure_n_per_pa, 1.0 / BAR)
         ));
@@ -198,11 +200,19 @@ fn off_centre_sentence(map: &FrictionMap, rig: &RigFile) -> String {
 }
 
 fn runs_table(map: &FrictionMap) -> Table {
-    let mut table =
-        Table::new(["pressure, bar", "speed, mm/s", "friction, N", "off centre, N", "ripple, N", "samples"]);
+    let mut table = Table::new([
+        "pressures A + B, bar",
+        "A - B, bar",
+        "speed, mm/s",
+        "friction, N",
+        "off centre, N",
+        "ripple, N",
+        "samples",
+    ]);
     for run in &map.runs {
         table.row([
             format!("{:.2}", run.pressure_pa * BAR),
+            format!("{:.2}", run.difference_pa * BAR),
             format!("{:.1}", run.speed_m_per_s * MM),
             format!("{:.2}", run.friction_n),
             format!("{:+.2}", run.bias_n),
@@ -238,14 +248,15 @@ fn page(map: &FrictionMap, sentences: &[String]) -> Page {
     page.callout(Tone::Neutral, sentences.first().cloned().unwrap_or_default());
     page.block(report_html::Block::List(sentences.iter().skip(1).cloned().collect()));
     let x: Vec<f64> = map.runs.iter().map(|run| run.pressure_pa * BAR).collect();
+    let across = map.runs.iter().map(|run| run.difference_pa * BAR).collect();
     let highest = x.iter().copied().fold(0.0, f64::max);
     let at = |p_bar: f64| map.friction_n.value + map.pressure_n_per_pa.value * p_bar / BAR;
     let mut plots = vec![
-        Plot::new("Friction (half the force loop) against pressure", "pressure across the piston, bar", "friction, N")
+        Plot::new("Friction (half the force loop) against pressure", "gauge pressures A + B, bar", "friction, N")
             .with(Series::dots("recordings", x.clone(), map.runs.iter().map(|run| run.friction_n).collect()))
             .with(Series::line("line through all", vec![0.0, highest], vec![at(0.0), at(highest)]).dashed()),
         Plot::new("Force that keeps its sign when the motion reverses", "pressure across the piston, bar", "force, N")
-            .with(Series::dots("recordings", x, map.runs.iter().map(|run| run.bias_n).collect()))
+            .with(Series::dots("recordings", across, map.runs.iter().map(|run| run.bias_n).collect()))
             .marker(Marker::Horizontal(0.0)),
     ];
     if !map.spectrum.is_empty() {

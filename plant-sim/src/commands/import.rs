@@ -62,9 +62,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 fn draft(table: &Path, rig: Option<&RigFile>, out: Option<&Path>) -> Result<(), CliError> {
-    if let Some(out) = out.filter(|out| out.is_file()) {
-        let remedy = "choose another name with --out, or remove it";
-        return Err(InputError::new(out.display().to_string(), "is there already", remedy).into());
+    if let Some(out) = out {
+        super::must_be_new(out)?;
     }
     let draft = suggest::suggest(table, rig)?;
     match out {

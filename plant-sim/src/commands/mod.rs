@@ -154,6 +154,15 @@ pub(crate) fn in_range(option: &str, value: f64, low: f64, high: f64, unit: &str
     }
 }
 
+/// Refuses a file that is there: what is written is meant to be edited, and would take the place of edited text.
+pub(crate) fn must_be_new(out: &Path) -> Result<(), CliError> {
+    if out.is_file() {
+        let remedy = "choose another name with --out, or remove it";
+        return Err(InputError::new(out.display().to_string(), "is there already", remedy).into());
+    }
+    Ok(())
+}
+
 /// Refuses a position, m, beyond a rig's end stops.
 pub(crate) fn between_stops(option: &str, target_m: f64, rig: &RigFile) -> Result<(), CliError> {
     let half_m = rig.rig.cylinder.stroke_m / 2.0;

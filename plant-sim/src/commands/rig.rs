@@ -85,6 +85,9 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    if let Some(out) = &arguments.out {
+        super::must_be_new(out)?;
+    }
     let set_up = set_up(arguments)?;
     let (file, origins) = set_up.rig().map_err(CliError::Usage)?;
     let mut header = vec![format!("{}.", set_up.name)];

@@ -378,7 +378,7 @@ fn log_quality(page: &mut Page, diagnosis: &Diagnosis) {
     let q = &diagnosis.log.quality;
     page.text(format!(
         "{} usable samples, usually {} ms apart (irregular by {:.1} %); {} interruption{}, {} row{} left out because a \
-         field was blank{}. Nothing is interpolated.",
+         field was blank{}{}. Nothing is interpolated.",
         q.samples,
         significant(q.interval_s * 1e3, 3),
         100.0 * q.jitter,
@@ -390,6 +390,10 @@ fn log_quality(page: &mut Page, diagnosis: &Diagnosis) {
             0 => String::new(),
             1 => " or for a single reading far from all its neighbours".into(),
             count => format!(" or for one of {count} readings far from all their neighbours"),
+        },
+        match q.repeated_readings {
+            0 => String::new(),
+            count => format!(" or for one of {count} readings that only repeat the one before"),
         },
     ));
     let mut table = Table::new(["channel", "noise (standard deviation)", "smallest step"]);

@@ -1,7 +1,8 @@
 //! The verdict in sentences, for the terminal and the top of the report.
 
+use super::picture::balance_name;
 use super::units::{estimate, quantity, with_error};
-use diagnosis::{Calibration, Diagnosis, Gain, HoldOut, PerChannel, Standing};
+use diagnosis::{Balance, Calibration, Diagnosis, Gain, HoldOut, PerChannel, Standing};
 use plant_model::Effect;
 use report_html::Tone;
 use rig_files::Verdict;
@@ -59,11 +60,16 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         ),
         Verdict::Unexplained => (
             Tone::Bad,
-            "There is a gap, and no known cause explains it. The balances in which it shows are listed below. No cause is \
+            "There is a gap, and no known cause explains it. No cause is \
              named, because a wrong name would be worse than none."
                 .to_string(),
         ),
     }
+}
+
+/// A balance that noise does not explain, and by how much.
+fn open_balance(balance: &Balance) -> String {
+    format!("the {} with {:.1} times the misfit of noise", balance_name(balance.channel), balance.extended_misfit)
 }
 
 /// How far a nominal value was corrected, compared with its tolerance.
@@ -139,6 +145,10 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         if !cause.ties.is_empty() {
             let _ = writeln!(text, "   This log cannot tell it from: {}.", list(&cause.ties));
         }
+    }
+    let open: Vec<String> = diagnosis.balances.iter().filter(|balance| !balance.closed).map(open_balance).collect();
+    if !open.is_empty() {
+        let _ = writeln!(text, "\nWhat shows the rest: {}.", open.join(", "));
     }
     for lead in &diagnosis.leads {
         let _ = writeln!(text, "\nA lead, not a proven cause: {} ({}).", title(&lead.id), lead.id);

@@ -82,7 +82,7 @@ fn separates(separator: char, found: char) -> bool {
     }
 }
 
-/// The number without its group separators, if its groups are such: one to three digits, then three each.
+/// The number without its group separators, if its groups are such: one to three digits, the first no zero, then three each.
 fn without_groups(text: &str, separator: char, decimal: char) -> Option<String> {
     let whole_ends = text.find([decimal, 'e', 'E']).unwrap_or(text.len());
     let (whole, rest) = text.split_at(whole_ends);
@@ -90,8 +90,9 @@ fn without_groups(text: &str, separator: char, decimal: char) -> Option<String> 
         return None;
     }
     let groups: Vec<&str> = whole.split(|c| separates(separator, c)).collect();
-    let first = groups[0].trim_start_matches(['+', '-']).len();
-    let grouped = groups.len() == 1 || ((1..=3).contains(&first) && groups[1..].iter().all(|group| group.len() == 3));
+    let first = groups[0].trim_start_matches(['+', '-']);
+    let begins = (1..=3).contains(&first.len()) && !first.starts_with('0');
+    let grouped = groups.len() == 1 || (begins && groups[1..].iter().all(|group| group.len() == 3));
     grouped.then(|| groups.concat() + rest)
 }
 
@@ -121,6 +122,7 @@ mod tests {
             (true, None, "1.234,5", None),
             (true, Some('.'), "1.234,5", Some(1234.5)),
             (true, Some('.'), "234,5", Some(234.5)),
+            (true, Some('.'), "0.250", None),
             (true, Some('.'), "1.23,5", None),
             (true, Some(' '), "1 234,5", Some(1234.5)),
             (true, Some(' '), "1\u{202f}234,5", Some(1234.5)),
