@@ -488,6 +488,26 @@ fn a_frozen_pressure_and_a_resting_piston_are_told_by_the_check() {
     assert!(found.findings.iter().any(moves), "{:?}", found.findings);
 }
 
+/// Neither measures its moment: with such readings judged both logs showed a gap.
+#[test]
+fn readings_that_are_held_between_samples_or_frozen_are_not_judged() {
+    let (_, rig, log) = null(0);
+    let changed = |column: Column, from: &dyn Fn(usize) -> usize| {
+        log.column(column).map(|values| (0..values.len()).map(|k| values[from(k)]).collect::<Vec<f64>>())
+    };
+    let mut held = log.clone();
+    for column in [Column::PA, Column::PB] {
+        held.set(column, changed(column, &|k| k - k % 5));
+    }
+    let mut frozen = log.clone();
+    frozen.set(Column::PA, changed(Column::PA, &|k| if (5_000..10_000).contains(&k) { 5_000 } else { k }));
+    for (log, rows) in [(&held, 2 * (log.len() / 5 * 4)), (&frozen, 4_999)] {
+        let found = diagnose(&rig, log, &|_| {}).expect("a full log");
+        assert_eq!(found.verdict, Verdict::NoGap, "{:?} {:?} {:?}", found.causes, found.leads, found.log.quality);
+        assert!(found.log.quality.repeated_readings.abs_diff(rows) <= 8, "{:?}", found.log.quality);
+    }
+}
+
 #[test]
 fn a_log_too_short_to_hold_a_part_back_says_so() {
     let (_, rig, log) = null(0);

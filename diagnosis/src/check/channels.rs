@@ -6,7 +6,7 @@ use crate::constants;
 use crate::data::hum::Hum;
 use crate::data::outliers::Outlier;
 use crate::data::record::Record;
-use crate::data::repeats::{Kind, Repeats};
+use crate::data::repeats::{Kind, Repeats, others_change};
 use crate::errors::LEAST_SAMPLES;
 use core::ops::Range;
 use plant_model::Short;
@@ -164,15 +164,6 @@ fn frozen(values: &[f64]) -> Range<usize> {
         }
     }
     longest
-}
-
-/// Whether another column changes from row to row meanwhile, as live sensors do.
-fn others_change(log: &Log, column: Column, meanwhile: &Range<usize>) -> bool {
-    let others = [Column::Y, Column::PA, Column::PB].into_iter().filter(|other| *other != column);
-    others.filter_map(|other| log.column(other)).any(|values| {
-        let changes = values[meanwhile.clone()].windows(2).filter(|pair| pair[0] != pair[1]).count();
-        changes * 2 > meanwhile.len()
-    })
 }
 
 /// The part of the rows that read the highest value of the column, or, if that can be a limit too, the lowest: a pressure rests

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use plant_sim::import::{Imported, Mapping, suggest};
-use rig_files::{Column, InputError, Log, RigFile, Short, write_file};
+use rig_files::{Column, Log, RigFile, Short, write_file};
 use std::path::{Path, PathBuf};
 
 /// Turn a foreign table into the log format, by a small mapping file; or draft that file from the table.
