@@ -488,6 +488,23 @@ fn a_frozen_pressure_and_a_resting_piston_are_told_by_the_check() {
     assert!(found.findings.iter().any(moves), "{:?}", found.findings);
 }
 
+#[test]
+fn two_columns_of_one_sensor_and_a_supply_in_another_unit_are_told() {
+    let (_, rig, log) = null(0);
+    let mut twice = log.clone();
+    twice.set(Column::PB, log.column(Column::PA).map(<[f64]>::to_vec));
+    let mut other_unit = log.clone();
+    // Readings in bar, gauge, that the mapping took for kPa.
+    let taken = (rig.rig.supply.pressure_pa - rig.rig.supply.atmosphere_pa) * 1.0e-2 + rig.rig.supply.atmosphere_pa;
+    other_unit.set(Column::PSup, Some(vec![taken; log.len()]));
+    for (log, words) in
+        [(&twice, "p_a_pa and p_b_pa are the same readings"), (&other_unit, "p_sup_pa never exceeds 1.060 bar")]
+    {
+        let refused = diagnose(&rig, log, &|_| {}).expect_err("nothing to search");
+        assert!(refused.to_string().contains(words), "{refused}");
+    }
+}
+
 /// Neither measures its moment: with such readings judged both logs showed a gap.
 #[test]
 fn readings_that_are_held_between_samples_or_frozen_are_not_judged() {

@@ -116,7 +116,8 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
             out.push(contradiction(
                 format!("{name} never exceeds {high:.3} bar, absolute, where the rig file states {stated:.3}"),
                 format!(
-                    "correct `unit` of the pressures under [column.{name}] and the others in the mapping; or open the supply"
+                    "correct the `unit` of the pressures in the mapping, open the supply, or leave [column.{name}] out if its sensor \
+                     is not connected"
                 ),
             ));
         }

@@ -34,8 +34,8 @@ impl Parabola {
         Self { slope: (above - below) / (2.0 * step), curvature: (above - 2.0 * middle + below) / (step * step) }
     }
 
-    /// The parabola at the first of three costs, the others at one step and at two.
-    fn from([here, near, far]: [f64; 3], step: f64) -> Self {
+    /// The same through the costs here, at one step and at two; a step back is negative.
+    fn one_sided([here, near, far]: [f64; 3], step: f64) -> Self {
         Self {
             slope: (4.0 * near - 3.0 * here - far) / (2.0 * step),
             curvature: (here - 2.0 * near + far) / (step * step),
@@ -125,7 +125,7 @@ impl Problem<'_> {
         }
         let cost = |step: f64| Some(self.evaluate_as_is(moved(h, &axis.direction, side * step))?.cost(self));
         let (near, far) = rayon::join(|| cost(step), || cost(2.0 * step));
-        Some((Parabola::from([fit.cost(self), near?, far?], side * step), step))
+        Some((Parabola::one_sided([fit.cost(self), near?, far?], side * step), step))
     }
 
     /// The curvature of the cost along an axis. Between breakaways that move to another moment it can be negative; then longer steps
@@ -227,6 +227,10 @@ mod tests {
         ] {
             let found = Parabola::through([cost(-0.5), cost(0.0), cost(0.5)], 0.5).minimum(0.5);
             assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
+            for step in [0.5, -0.5] {
+                let one_sided = Parabola::one_sided([cost(0.0), cost(step), cost(2.0 * step)], step).minimum(0.5);
+                assert!((one_sided - expected).abs() < 1e-9, "{one_sided} instead of {expected}");
+            }
         }
     }
 }
