@@ -1,6 +1,7 @@
 //! Hum of the mains in a sensor: a line of the spectrum where neither piston nor valve has one. It is subtracted, because what it
 //! adds to a reading is known from what stands before and after.
 
+use crate::statistics::median;
 use core::f64::consts::TAU;
 use rig_files::{Column, Log};
 use rustfft::FftPlanner;
@@ -42,6 +43,8 @@ struct Block {
     sum: Complex<f64>,
     /// Rows counted in that sum, over the number that it should have.
     part: f64,
+    /// Its squares, summed over as much.
+    squares: f64,
 }
 
 impl Block {
@@ -62,11 +65,12 @@ fn blocks(t_s: &[f64], fast: &[f64], period_s: f64, mains_hz: f64) -> Vec<Block>
     for (t, x) in t_s.iter().zip(fast) {
         let place = ((t - begin_s) / BLOCK_S) as usize;
         if out.last().is_none_or(|last| last.place < place) {
-            out.push(Block { place, sum: Complex::ZERO, part: 0.0 });
+            out.push(Block { place, sum: Complex::ZERO, part: 0.0, squares: 0.0 });
         }
         if let Some(block) = out.last_mut().filter(|_| x.is_finite()) {
             block.sum += Complex::from_polar(x / usual, -TAU * mains_hz * (t - begin_s));
             block.part += 1.0 / usual;
+            block.squares += x * x / usual;
         }
     }
     out
@@ -105,6 +109,25 @@ fn powers(pieces: &[&[Block]]) -> Vec<(f64, f64)> {
     // Behind the middle stand the frequencies below the mains'.
     let below = (1..=steps).map(|k| (sums[length - k], -(k as f64) * step_hz));
     below.chain((0..=steps).map(|k| (sums[k], k as f64 * step_hz))).collect()
+}
+
+/// Amplitude and phase of a line beside the mains' frequency around each block, weighted by a raised cosine over [`STEADY_S`] and by
+/// `weights`, one for each block. As much of it as a mean over rows has left.
+fn around(blocks: &[Block], off_hz: f64, weights: &[f64]) -> Vec<Complex<f64>> {
+    let side = (0.5 * STEADY_S / BLOCK_S) as usize;
+    let at = |block: &Block| {
+        let from = blocks.partition_point(|other| other.place + side < block.place);
+        let near = blocks[from..].iter().zip(&weights[from..]);
+        let (mut total, mut weight) = (Complex::ZERO, 0.0);
+        for (other, own) in near.take_while(|(other, _)| other.place <= block.place + side) {
+            let off = (other.place as f64 - block.place as f64) / side as f64;
+            let w = own * 0.5 * (1.0 + (0.5 * TAU * off).cos());
+            total += w * other.turned_back(off_hz);
+            weight += w * other.part;
+        }
+        if weight > 0.0 { 2.0 * total / weight } else { Complex::ZERO }
+    };
+    blocks.iter().map(at).collect()
 }
 
 /// The log without hum in its sensors.
@@ -167,22 +190,17 @@ fn line(t_s: &[f64], values: &[f64], period_s: f64, mains_hz: f64) -> Option<(f6
     let hz = mains_hz + off_hz;
     let half_turn = 0.5 * TAU * hz * period_s;
     let kept = 1.0 - (width as f64 * half_turn).sin() / (width as f64 * half_turn.sin());
-    // Amplitude and phase around each block, weighted by a raised cosine.
-    let side = (0.5 * STEADY_S / BLOCK_S) as usize;
-    let local: Vec<Complex<f64>> = (blocks.iter())
-        .map(|block| {
-            let from = blocks.partition_point(|other| other.place + side < block.place);
-            let around = blocks[from..].iter().take_while(|other| other.place <= block.place + side);
-            let (mut total, mut weight) = (Complex::ZERO, 0.0);
-            for other in around {
-                let off = (other.place as f64 - block.place as f64) / side as f64;
-                let w = 0.5 * (1.0 + (0.5 * TAU * off).cos());
-                total += w * other.turned_back(off_hz);
-                weight += w * other.part;
-            }
-            if weight > 0.0 { 2.0 * total / (weight * kept) } else { Complex::ZERO }
+    // Strokes have a little at every frequency: blocks in which more than hum and noise is left count less.
+    let all = vec![1.0; blocks.len()];
+    let first = around(&blocks, off_hz, &all);
+    let left: Vec<f64> = (blocks.iter().zip(&first))
+        .map(|(block, hum)| {
+            (block.squares - 0.5 * hum.norm_sqr() * block.part).max(0.0) / block.part.max(f64::MIN_POSITIVE)
         })
         .collect();
+    let usual = median(&mut left.clone()).unwrap_or_default().max(f64::MIN_POSITIVE);
+    let weights: Vec<f64> = left.iter().map(|left| usual / (usual + left)).collect();
+    let local: Vec<Complex<f64>> = around(&blocks, off_hz, &weights).into_iter().map(|hum| hum / kept).collect();
     let mut here = 0;
     let without = t_s.iter().zip(values).map(|(t, x)| {
         let now_s = t - begin_s;
@@ -227,7 +245,7 @@ mod tests {
             );
             let left = without.iter().zip(&clean).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / clean.len() as f64;
             // Strokes have a little at every frequency.
-            assert!(left.sqrt() < 0.2 * hum_pa, "{hz}: {}", left.sqrt());
+            assert!(left.sqrt() < 0.1 * hum_pa, "{hz}: {}", left.sqrt());
             for none in MAINS_HZ {
                 assert!(line(&t_s, &clean, interval_s, none).is_none(), "{none} at {interval_s}");
             }
