@@ -21,6 +21,7 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::nominal;
 use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
+use crate::select::penalty::ends_at_bound;
 use crate::select::search::{self, Found};
 use crate::validate::{closure, foreign_terms, hold_out, support, verdict};
 use plant_model::{Effect, Plant};
@@ -132,6 +133,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         false => problem.fit(proven, 6),
     };
     let mut kept = kept.unwrap_or_else(|| found.best.clone());
+    let ended: Vec<Effect> = effects.iter().copied().filter(|effect| ends_at_bound(&kept, *effect)).collect();
+    judgement.doubt(&ended);
     let predicts = |fit: &Fit| hold_out::Comparison::new(problem, None, fit);
     let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let mut held = predicts(&kept);

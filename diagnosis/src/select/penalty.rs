@@ -90,6 +90,17 @@ pub(crate) fn uncertain(fit: &Fit, effect: Effect) -> bool {
     presence(fit, effect).all(|(place, _, away)| away < constants::sure() * covariance[(place, place)].max(0.0).sqrt())
 }
 
+/// Whether a parameter of an effect ends at a bound that is not its neutral value: then the log gives no value for it, and what the
+/// effect gains may be another's.
+pub(crate) fn ends_at_bound(fit: &Fit, effect: Effect) -> bool {
+    presence(fit, effect).any(|(place, p, away)| {
+        let value = fit.hypothesis.values[place];
+        let to_bound = (p.max - value).min(value - p.min);
+        let close = constants::step_smooth() * p.scale;
+        to_bound < close && away > close
+    })
+}
+
 /// How far the parameter of an effect that is farthest from neutral is from it, in standard errors; 0 before there are any.
 pub(crate) fn standard_errors_away(fit: &Fit, effect: Effect) -> f64 {
     let Some(covariance) = &fit.covariance else { return 0.0 };
@@ -210,6 +221,19 @@ mod tests {
             (Effect::ChokedFlow, &[0.5, 1.0], true),
         ] {
             assert_eq!(!negligible(&fit(effect, values, 1.0e-9), effect), present, "{effect} {values:?}");
+        }
+    }
+
+    #[test]
+    fn a_value_at_a_bound_is_none_unless_the_bound_is_its_neutral_value() {
+        let most = fit(Effect::PayloadMass, &[0.0], 0.1).hypothesis.parameters[0].max;
+        for (effect, values, expected) in [
+            (Effect::PayloadMass, &[most][..], true),
+            (Effect::PayloadMass, &[0.9 * most], false),
+            // No droop is the least there is.
+            (Effect::SupplyDroop, &[0.0, 0.3], false),
+        ] {
+            assert_eq!(ends_at_bound(&fit(effect, values, 0.1), effect), expected, "{effect} {values:?}");
         }
     }
 

@@ -27,12 +27,14 @@ pub(crate) struct Judgement {
 }
 
 impl Judgement {
-    /// Takes back the names of some effects.
+    /// Takes back the names of some effects: what they explained has no known cause then.
     pub(crate) fn doubt(&mut self, effects: &[Effect]) {
         let doubtful = |cause: &Cause| effects.iter().any(|effect| effect.id() == cause.id);
-        let (doubted, kept) = core::mem::take(&mut self.causes).into_iter().partition(doubtful);
+        let (doubted, kept): (Vec<Cause>, Vec<Cause>) =
+            core::mem::take(&mut self.causes).into_iter().partition(doubtful);
+        self.gap |= !doubted.is_empty();
         self.causes = kept;
-        self.leads.extend::<Vec<Cause>>(doubted);
+        self.leads.extend(doubted);
     }
 
     /// `closed`: whether the whole model predicts the part held back with what is named as well as noise allows.

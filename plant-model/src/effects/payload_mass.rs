@@ -45,6 +45,12 @@ impl Definition for PayloadMass {
         model.mass_kg = values[0].at_least(R::of(1.0e-6));
     }
 
+    /// Ten times what is stated. A heavier piston answers forces so little that its mass stands for whatever else keeps the prediction at
+    /// rest, such as a drive that forces the motion.
+    fn most(rig: &Rig<f64>) -> [f64; MAX_PARAMETERS] {
+        one(10.0 * rig.load.mass_kg)
+    }
+
     fn scales(_rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
         one(VISIBLE_PART * neutral[0])
     }

@@ -69,7 +69,11 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
 
 /// A balance that noise does not explain, and by how much.
 fn open_balance(balance: &Balance) -> String {
-    format!("the {} with {:.1} times the misfit of noise", balance_name(balance.channel), balance.extended_misfit)
+    let name = balance_name(balance.channel);
+    if balance.extended_misfit < 1.5 {
+        return format!("the {name}, whose errors are no white noise");
+    }
+    format!("the {name} with {:.1} times the misfit of noise", balance.extended_misfit)
 }
 
 /// How far a nominal value was corrected, compared with its tolerance.
