@@ -9,7 +9,7 @@ use std::path::PathBuf;
 const HEAD: &str = "\
 # The constants of the diagnosis
 
-The numbers by which causes are searched, judged and named, given and not derived, with their reasons, and what happens when it is halved and
+The numbers by which causes are searched, judged and named, given and not derived, with their reasons, and what happens when each is halved and
 doubled: of the ten logs of each of two fixed sets, how many are answered rightly, and how many answers (verdict or names)
 change. The tidy set holds causes of every class. In the disturbed set a sensor is at its limit, the recording is interrupted
 or short, a pressure is not measured, or there is no noise. \"same\" means that none of the ten answers changed; a dash means

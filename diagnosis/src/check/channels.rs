@@ -140,16 +140,16 @@ pub(crate) fn dead(log: &Log) -> Option<String> {
 /// Two columns of pressures that hold the same readings, though they change.
 pub(crate) fn alike(log: &Log) -> Option<(&'static str, &'static str)> {
     let all = [Column::PA, Column::PB, Column::PSup];
-    let pairs = all.into_iter().enumerate().flat_map(|(at, one)| all[at + 1..].iter().map(move |other| (one, *other)));
+    let mut pairs =
+        all.into_iter().enumerate().flat_map(|(at, one)| all[at + 1..].iter().map(move |other| (one, *other)));
     let same = |(one, other): &(Column, Column)| {
         let (Some(a), Some(b)) = (log.column(*one), log.column(*other)) else { return false };
-        let both = || a.iter().zip(b).filter(|(a, b)| a.is_finite() && b.is_finite());
-        let equal = both().filter(|(a, b)| a == b).count();
+        let both: Vec<(&f64, &f64)> = a.iter().zip(b).filter(|(a, b)| a.is_finite() && b.is_finite()).collect();
         // What rests on one code in both, such as vented chambers, is alike by chance.
-        let changes = both().zip(both().skip(1)).filter(|((before, _), (after, _))| before != after).count();
-        both().count() >= LEAST_SAMPLES && equal == both().count() && changes > 0
+        let changes = || both.windows(2).any(|rows| rows[0].0 != rows[1].0);
+        both.len() >= LEAST_SAMPLES && both.iter().all(|(a, b)| a == b) && changes()
     };
-    pairs.filter(same).map(|(one, other)| (one.name(), other.name())).next()
+    pairs.find(same).map(|(one, other)| (one.name(), other.name()))
 }
 
 /// The longest run of rows in which a column keeps one value.

@@ -176,7 +176,7 @@ fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
     let mut matrix = matrix.clone();
     let largest = matrix.diagonal().max();
     for (k, (parameter, value)) in hypothesis.parameters.iter().zip(&hypothesis.values).enumerate() {
-        if at_bound(parameter, *value) {
+        if parameter.is_at_bound(*value) {
             matrix.row_mut(k).fill(0.0);
             matrix.column_mut(k).fill(0.0);
             matrix[(k, k)] = largest;
@@ -203,11 +203,6 @@ fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
         }
     }
     axes
-}
-
-/// Whether a parameter is at a bound, as far as steps go.
-fn at_bound(parameter: &Parameter, value: f64) -> bool {
-    (parameter.max - value).min(value - parameter.min) < constants::step_smooth() * parameter.scale
 }
 
 #[cfg(test)]

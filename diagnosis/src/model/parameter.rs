@@ -1,5 +1,6 @@
 //! One fitted parameter: its meaning, bounds and prior, and the channels it acts on.
 
+use crate::constants;
 use crate::data::channel::Channels;
 use plant_model::Effect;
 use plant_model::effects::identification::StandsFor;
@@ -65,6 +66,11 @@ pub(crate) struct Parameter {
 }
 
 impl Parameter {
+    /// Whether a value of it is at a bound, as far as steps go.
+    pub(crate) fn is_at_bound(&self, value: f64) -> bool {
+        (self.max - value).min(value - self.min) < constants::step_smooth() * self.scale
+    }
+
     /// Whether it is a value of the rig file, by its path: corrected, or replaced by an effect.
     pub(crate) fn is_value_of(&self, path: &str) -> bool {
         match self.slot {

@@ -94,10 +94,7 @@ pub(crate) fn uncertain(fit: &Fit, effect: Effect) -> bool {
 /// effect gains may be another's.
 pub(crate) fn ends_at_bound(fit: &Fit, effect: Effect) -> bool {
     presence(fit, effect).any(|(place, p, away)| {
-        let value = fit.hypothesis.values[place];
-        let to_bound = (p.max - value).min(value - p.min);
-        let close = constants::step_smooth() * p.scale;
-        to_bound < close && away > close
+        p.is_at_bound(fit.hypothesis.values[place]) && away > constants::step_smooth() * p.scale
     })
 }
 
