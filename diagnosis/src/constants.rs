@@ -272,6 +272,9 @@ constants! {
         stated_lag: f64 = 0.3, "of the value",
             "A lag of the valve that has no tolerance of its own is known no better, unless the rig file calls all values exact.",
             "a catalogue's switching time for a spool of any order and stroke; the shipped rig files state 0.3";
+        spool_inertia: f64 = 0.25, "",
+            "Standard deviation of valve.spool_inertia where the rig file states the lag alone, corrected by four of it at most.",
+            "damping ratios of spools lie about 0.7 and 1: 0.5 and 0.25; and of 0.5 at least: 1";
         hose_flow: f64 = 0.05, "of the diameter",
             "A hose's diameter is known no better, as far as it says what passes.",
             "at a tenth of choked flow a tube's coefficient of friction is 1.5 times the one of choked flow, for which the formula is: as if it were 7 % narrower";

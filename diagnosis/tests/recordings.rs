@@ -227,6 +227,41 @@ fn a_valve_that_differs_from_its_data_sheet_as_drawings_and_time_constants_do_is
     }
 }
 
+/// One time constant is all that a data sheet says of a spool. Where it is of second order that is no gap, the log says so, and a leak
+/// beside it keeps its name.
+#[test]
+fn a_spool_of_second_order_is_found_where_the_data_sheet_states_one_time_constant() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dgc-25-500.toml");
+    let sheet = RigFile::read(&file).expect("a shipped rig");
+    let hidden = [vec![Cause::Catalogue(Effect::LeakChamberA, [4.0e-10, 0.0, 0.0])], vec![]];
+    for (seed, hidden) in hidden.into_iter().enumerate().take(of(2, 1)) {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + seed as u64);
+        let mut chain = Chain::standard(sheet.io.position_range_m);
+        chain.columns.push(Column::PSup);
+        let mut truth = sheet.rig;
+        truth.valve.spool_inertia = 0.4;
+        let named: Vec<&str> = hidden.iter().map(Cause::id).collect();
+        let case = Case {
+            truth,
+            causes: hidden.clone(),
+            experiment: Family::Mixed.draw(&sheet.rig, 30.0, &mut rng),
+            law: Law::for_rig(&sheet.rig, 1.0),
+            chain,
+            seed: seed as u64,
+            rig_file: sheet.clone(),
+        };
+        let found = diagnose(&sheet, &case.record().0, &|_| {}).expect("a full log");
+        let causes: Vec<&str> = found.causes.iter().map(|cause| &cause.id[..]).collect();
+        assert_eq!(causes, named, "{:?}, leads {:?}", found.verdict, found.leads);
+        let verdict = if named.is_empty() { Verdict::NoGap } else { Verdict::Explained };
+        assert_eq!(found.verdict, verdict, "{:?}", found.balances);
+        let inertia = found.calibration.iter().find(|value| value.name == "valve.spool_inertia");
+        let inertia = inertia.unwrap_or_else(|| panic!("not told: {:?}", found.calibration));
+        let error = inertia.std_error;
+        assert!((inertia.value - 0.4).abs() < 4.0 * error && error < 0.05, "{inertia:?}");
+    }
+}
+
 /// A log without a hidden effect, with its rig.
 fn null(which: usize) -> (Plan, RigFile, Log) {
     let plan = plans(Class::Null, Nominal::TwoPercent, which + 1, SEED)[which];

@@ -40,6 +40,8 @@ pub struct Coefficients<R> {
     pub spring_n_per_m: R,
     /// The spring's force with the piston at `−L/2`, N.
     pub spring_preload_n: R,
+    /// Inertia of a spool that lags, `1 / (4 ζ²)`; 0 for a lag of first order.
+    pub spool_inertia: R,
     /// Delay of the command by the hoses, s.
     pub hose_delay_s: R,
     /// Moving mass, kg.

@@ -23,7 +23,7 @@ pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// The sliding force never falls below this part of the Coulomb force, whatever effects are combined.
 const MINIMUM_LEVEL_RATIO: f64 = 1.0e-3;
 
-/// The state: the paper's five, and four that exist only under effects and else follow their sources at once.
+/// The state: the paper's five, and others that exist only under effects and else follow their sources at once.
 ///
 /// Also used for rates of change (each field then per second).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +40,8 @@ pub struct State<R> {
     pub z_m: R,
     /// Spool position as a voltage, V (`valve-lag`).
     pub spool_v: R,
+    /// Velocity of a spool with inertia, V/s (`valve.spool_inertia`).
+    pub spool_v_per_s: R,
     /// Supply pressure at the valve, Pa absolute (`supply-droop`).
     pub p_sup_pa: R,
     /// Pressure of A behind the sensor's lag, Pa absolute, offset not included (`pressure-lag`).
@@ -153,6 +155,7 @@ impl<R: Real> Plant<R> {
             half_stroke_m: c.stroke_m * R::HALF,
             volume_a0_m3: c.volume_a0_m3 + hose::volume_m3(h.a_length_m, h.a_diameter_m),
             volume_b0_m3: c.volume_b0_m3 + hose::volume_m3(h.b_length_m, h.b_diameter_m),
+            spool_inertia: rig.valve.spool_inertia,
             hose_delay_s: if rig.has_hoses() {
                 let sound = g.heat_capacity_ratio * g.gas_constant_j_per_kg_k * g.temperature_k;
                 R::HALF * (h.a_length_m + h.b_length_m) / sound.sqrt()
@@ -390,6 +393,7 @@ impl<R: Real> Plant<R> {
     pub fn differs_in_opening_only(&self, other: &Self) -> bool {
         let mut alike = *other;
         alike.model.dead_zone = self.model.dead_zone;
+        alike.model.spool_inertia = self.model.spool_inertia;
         alike.curve = self.curve;
         alike.added.opening_curve = self.added.opening_curve;
         alike.added.line_delay = self.added.line_delay;

@@ -180,6 +180,8 @@ rig! {
         slope_left = 1.0, "", 1.0e-3 => 1.0e3;
         /// Largest command magnitude the valve follows; beyond it the command saturates.
         max_voltage_v = 5.0, "V", 1.0e-3 => 1.0e3;
+        /// Inertia of the spool, `1 / (4 ζ²)` with its damping ratio `ζ`, beside the effect `valve-lag`; absent: a lag of first order.
+        spool_inertia = 0.0, "", 0.0 => 2.0, optional;
     }
     /// The double-acting cylinder (Table 2).
     cylinder: Cylinder {
@@ -506,10 +508,18 @@ impl<R: Real> Rig<R> {
     /// The keys that say what this rig is, in the order of [`all_keys`]: without what is absent, one key for sides that are
     /// alike.
     pub fn stated_keys(&self) -> impl Iterator<Item = &'static RigKey> + '_ {
+        const RATIOS: [Place; 6] = [
+            Place::fill_critical_ratio,
+            Place::fill_critical_ratio_a,
+            Place::fill_critical_ratio_b,
+            Place::exhaust_critical_ratio,
+            Place::exhaust_critical_ratio_a,
+            Place::exhaust_critical_ratio_b,
+        ];
         let alike = |key: &RigKey| key.sides.windows(2).all(|s| s[0].key().get(self) == s[1].key().get(self));
         all_keys().filter(move |key| {
             // No air passes at a critical ratio of 0 that would not at 0.01: it is a value like any other.
-            let ratio = self.follows_iso6358() && key.limits.low == 0.0;
+            let ratio = self.follows_iso6358() && RATIOS.contains(&key.place);
             let absent = key.limits.optional && key.get(self) == R::ZERO && !ratio;
             let both = key.both_sides();
             !absent && if key.sides.is_empty() { !both.is_some_and(alike) } else { alike(key) }

@@ -108,6 +108,9 @@ impl<R: Real> Plant<R> {
         if !added.valve_lag.is_present() {
             state.spool_v = drive.command_v;
         }
+        if !added.valve_lag.has_inertia() {
+            state.spool_v_per_s = R::ZERO;
+        }
         if !added.supply_droop.is_present() {
             state.p_sup_pa = drive.supply_pa;
         }
@@ -123,7 +126,7 @@ impl<R: Real> Plant<R> {
     /// [`Plant::settle`] for a plant that uses none of the additional states.
     #[inline]
     pub(crate) fn follow(&self, state: &mut State<R>, drive: &Drive<R>) {
-        state.spool_v = drive.command_v;
+        (state.spool_v, state.spool_v_per_s) = (drive.command_v, R::ZERO);
         state.p_sup_pa = drive.supply_pa;
         state.p_a_sensed_pa = state.p_a_pa;
         state.p_b_sensed_pa = state.p_b_pa;
@@ -300,7 +303,8 @@ impl<R: Real> Plant<R> {
         };
         if EXTENDED {
             let drawn = if opening.fills_a { valve_a.mass_flow } else { valve_b.mass_flow };
-            rates.spool_v = self.added.valve_lag.rate(drive.command_v, state.spool_v);
+            (rates.spool_v, rates.spool_v_per_s) =
+                self.added.valve_lag.rates(drive.command_v, state.spool_v, state.spool_v_per_s);
             rates.p_sup_pa = self.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
             rates.p_a_sensed_pa = self.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
             rates.p_b_sensed_pa = self.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);

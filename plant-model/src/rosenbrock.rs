@@ -16,6 +16,7 @@
 //! finite differences.
 
 use crate::effects::terms::Term;
+use crate::effects::valve_lag::SpoolSolution;
 use crate::plant::{Plant, State};
 use crate::real::Real;
 use crate::right_hand_side::{Drive, Jacobian, WarmthRow};
@@ -51,7 +52,7 @@ struct Stages<R> {
 /// The additional states' part of the linear systems.
 #[derive(Clone, Copy, Default)]
 struct Extra<R> {
-    spool: R,
+    spool: SpoolSolution<R>,
     supply: R,
     supply_spool: R,
     filled_a: R,
@@ -117,7 +118,7 @@ impl<R: Real> Extra<R> {
         let fills_a = j.a_supply != R::ZERO;
         let coupling = j.supply_filled * supply;
         Self {
-            spool: R::ONE / (diagonal + added.valve_lag.inverse_s()),
+            spool: added.valve_lag.solution(diagonal),
             supply,
             supply_spool: j.supply_spool,
             filled_a: if fills_a { coupling } else { R::ZERO },
@@ -227,7 +228,8 @@ impl<R: Real> Stages<R> {
         let (mut r_a, mut r_b) = (r.p_a_pa, r.p_b_pa);
         let x = &self.extra;
         if EXTENDED {
-            k.spool_v = r.spool_v * x.spool;
+            k.spool_v = r.spool_v * x.spool.w_w + r.spool_v_per_s * x.spool.w_r;
+            k.spool_v_per_s = k.spool_v * x.spool.r_w + r.spool_v_per_s * x.spool.r_r;
             // The supply without what the filled chamber's own change adds to it.
             k.p_sup_pa = (r.p_sup_pa + x.supply_spool * k.spool_v) * x.supply;
             r_a += x.a_spool * k.spool_v + x.a_supply * k.p_sup_pa;
@@ -276,6 +278,7 @@ impl<R: Real> State<R> {
         };
         if EXTENDED {
             product.spool_v = factor * self.spool_v;
+            product.spool_v_per_s = factor * self.spool_v_per_s;
             product.p_sup_pa = factor * self.p_sup_pa;
             product.p_a_sensed_pa = factor * self.p_a_sensed_pa;
             product.p_b_sensed_pa = factor * self.p_b_sensed_pa;
@@ -298,6 +301,7 @@ impl<R: Real> State<R> {
         };
         if EXTENDED {
             sum.spool_v = self.spool_v + factor * other.spool_v;
+            sum.spool_v_per_s = self.spool_v_per_s + factor * other.spool_v_per_s;
             sum.p_sup_pa = self.p_sup_pa + factor * other.p_sup_pa;
             sum.p_a_sensed_pa = self.p_a_sensed_pa + factor * other.p_a_sensed_pa;
             sum.p_b_sensed_pa = self.p_b_sensed_pa + factor * other.p_b_sensed_pa;
@@ -381,19 +385,20 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const STATES: usize = 11;
+    const STATES: usize = 12;
     /// Sizes for which a change is felt, by component: for difference quotients.
-    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1];
+    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1, 1e2];
 
     fn to_array(s: &State<f64>) -> [f64; STATES] {
         let gas = [s.p_a_sensed_pa, s.p_b_sensed_pa, s.warmth_a, s.warmth_b];
         let [sensed_a, sensed_b, warmth_a, warmth_b] = gas;
-        [s.y_m, s.v_m_per_s, s.p_a_pa, s.p_b_pa, s.z_m, s.spool_v, s.p_sup_pa, sensed_a, sensed_b, warmth_a, warmth_b]
+        let [w, w_rate] = [s.spool_v, s.spool_v_per_s];
+        [s.y_m, s.v_m_per_s, s.p_a_pa, s.p_b_pa, s.z_m, w, s.p_sup_pa, sensed_a, sensed_b, warmth_a, warmth_b, w_rate]
     }
 
     fn to_state(x: &[f64; STATES]) -> State<f64> {
-        let [y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b] =
-            *x;
+        let [y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, rest @ ..] = *x;
+        let [p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b, spool_v_per_s] = rest;
         State {
             y_m,
             v_m_per_s,
@@ -401,6 +406,7 @@ mod tests {
             p_b_pa,
             z_m,
             spool_v,
+            spool_v_per_s,
             p_sup_pa,
             p_a_sensed_pa,
             p_b_sensed_pa,
@@ -463,10 +469,12 @@ mod tests {
             h in prop_oneof![Just(1e-5f64), Just(1e-3)],
             bought in 0..5u8,
             warmths in (-0.15f64..0.15, -0.15f64..0.15),
-            r in proptest::array::uniform11(-1.0f64..1.0),
+            spool in (prop_oneof![Just(0.0), 0.05f64..1.5], -300.0f64..300.0),
+            r in proptest::array::uniform12(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
             rig.friction.damping_n_s_per_m = 450.0;
+            rig.valve.spool_inertia = spool.0;
             // The fourth has all but ISO 6358 and its opening.
             if (1..4).contains(&bought) {
                 let v = &mut rig.valve;
@@ -495,11 +503,12 @@ mod tests {
             let Ok(plant) = Plant::new(&rig, &effects) else { return Ok(()) };
             let inputs = Inputs { u_v: u.0, external_force_n: 3.0, supply_pa: 7e5 };
             let drive = plant.drive(&inputs);
-            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1]);
+            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1, spool.1]);
             plant.settle(&mut state, &drive);
             // States that follow their sources at once have no rate: their right-hand side is zero.
             let mut right: [f64; STATES] = core::array::from_fn(|i| r[i] * SCALE[i] / h);
             if !plant.added.valve_lag.is_present() { right[5] = 0.0; }
+            if !plant.added.valve_lag.has_inertia() { right[11] = 0.0; }
             if !plant.added.supply_droop.is_present() { right[6] = 0.0; }
             if !plant.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
             if !plant.added.wall_heat.is_present() { right[9] = 0.0; right[10] = 0.0; }

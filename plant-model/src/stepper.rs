@@ -311,7 +311,7 @@ fn stop_at_ends<R: Real>(plant: &Plant<R>, state: &mut State<R>) {
 impl<R: Real> State<R> {
     /// All components finite, absolute pressures positive.
     fn is_physical(&self) -> bool {
-        let motion = self.y_m + self.v_m_per_s + self.z_m + self.spool_v;
+        let motion = self.y_m + self.v_m_per_s + self.z_m + self.spool_v + self.spool_v_per_s;
         let pressures = self.p_a_pa + self.p_b_pa + self.p_sup_pa + self.p_a_sensed_pa + self.p_b_sensed_pa;
         let temperatures = self.warmth_a > -R::ONE && self.warmth_b > -R::ONE;
         let finite = (motion + pressures + self.warmth_a + self.warmth_b).is_finite();

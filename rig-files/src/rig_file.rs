@@ -5,7 +5,9 @@ use crate::error::InputError;
 use crate::io::Io;
 use crate::tolerance::Tolerance;
 use crate::write::{read_text, write_file};
-use plant_model::{BOTH_SIDES, Effect, Effects, OpeningTable, Plant, RIG_KEYS, Rig, RigKey, Short, all_keys, rig_key};
+use plant_model::{
+    BOTH_SIDES, Effect, Effects, OpeningTable, Place, Plant, RIG_KEYS, Rig, RigKey, Short, all_keys, rig_key,
+};
 use std::path::Path;
 
 /// Everything a rig file says.
@@ -109,6 +111,15 @@ impl RigFile {
                 let line = inner.iter().find(|effect| error.key.starts_with(&effect.path)).map(|effect| effect.line);
                 located(error.key, format!("= {} must {}", Short(error.value), error.must), line)
             })?;
+        }
+        let inertia = Place::spool_inertia.key();
+        if let Some(entry) = given.entry(inertia.path)
+            && parsed.effects.get(Effect::ValveLag).is_none()
+        {
+            return Err(entry.error(
+                "says how a spool lags that does not lag",
+                format!("state its `time_constant_s` under [effects.{}], or remove it", Effect::ValveLag),
+            ));
         }
         Ok(parsed)
     }

@@ -70,6 +70,8 @@ const BAD: &[(&str, &str, &[&str])] = &[
         "default = 0.02\n[effects.line-delay]\ndelay_s = -0.001",
         &["line 49", "effects.line-delay.delay_s", "= -0.001 must not be negative where no hose delays"],
     ),
+    ("slope_right", "spool_inertia = 0.4\nslope_right", &["line 17", "valve.spool_inertia", "[effects.valve-lag]"]),
+    ("slope_right", "spool_inertia = 2.5\nslope_right", &["line 17", "valve.spool_inertia", "2.5", "0 to 2"]),
     (END, "default = 0.02\n[effects]\nvalve-lag = 3", &["line 50", "effects.valve-lag", "must be a table"]),
     ("name = \"paper case (a)\"", "name = 7", &["name", "quotes"]),
     ("name = \"paper case (a)\"", "nam = \"x\"", &["line 1", "nam", "did you mean `name`"]),

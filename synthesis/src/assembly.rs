@@ -31,6 +31,7 @@ impl Physics {
             slope_left: v.slope_left,
             max_v: v.max_voltage_v,
             lag_s: 0.0,
+            spool_inertia: v.spool_inertia,
             play_v: 0.0,
             line_delay_s: 0.5 * (h.a_length_m + h.b_length_m)
                 / (rig.gas.heat_capacity_ratio * rig.gas.gas_constant_j_per_kg_k * rig.gas.temperature_k).sqrt(),

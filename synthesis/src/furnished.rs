@@ -105,7 +105,9 @@ pub fn furnished(sheet: &RigFile, duration_s: f64, seed: u64) -> Case {
     // The curve was read off a drawing, and a spool of higher order acts later than its time constant says.
     truth.opening = true_opening(&truth.opening, 0.7 * sheet.tolerance.default, &mut rng);
     causes.push(one(Effect::LineDelay, rng.random_range(0.1e-3..0.6e-3)));
-    Case { rig_file: sheet.clone(), truth, causes, experiment, law, chain, seed: rng.random() }
+    let seed = rng.random();
+    truth.valve.spool_inertia = rng.random_range(0.1..0.5);
+    Case { rig_file: sheet.clone(), truth, causes, experiment, law, chain, seed }
 }
 
 /// Whether an effect, or one of its ties, is on such a rig: hidden there, or by another name. A slight incline is a constant force,

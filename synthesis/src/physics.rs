@@ -38,6 +38,8 @@ pub struct Physics {
     pub(crate) slope_left: f64,
     pub(crate) max_v: f64,
     pub(crate) lag_s: f64,
+    /// `1 / (4 ζ²)` of a spool whose lag is of second order.
+    pub(crate) spool_inertia: f64,
     pub(crate) play_v: f64,
     pub(crate) line_delay_s: f64,
     /// Critical ratio and conductance scale of ISO 6358.

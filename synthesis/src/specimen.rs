@@ -28,6 +28,7 @@ pub struct Specimen {
     warmth: [f64; 2],
     z: f64,
     spool: f64,
+    spool_speed: f64,
     supply: f64,
     sensed_a: f64,
     sensed_b: f64,
@@ -56,6 +57,7 @@ impl Specimen {
             warmth: [physics.temperature_k; 2],
             z: 0.0,
             spool: 0.0,
+            spool_speed: 0.0,
             supply: physics.supply_pa,
             sensed_a: p_a_pa,
             sensed_b: p_b_pa,
@@ -141,7 +143,18 @@ impl Specimen {
 
     fn move_spool(&mut self, target: f64, decay: f64, h: f64) {
         let before = self.spool;
-        self.spool = target + (self.spool - target) * decay;
+        let (lag, inertia) = (self.physics.lag_s, self.physics.spool_inertia);
+        if lag > 0.0 && inertia > 0.0 {
+            // m tau^2 w'' = target - w - tau w', both states at the middle of the step.
+            let stiff = 0.5 * h / (inertia * lag * lag);
+            let speed = self.spool_speed;
+            let change =
+                2.0 * stiff * (target - self.spool - (lag + 0.5 * h) * speed) / (1.0 + stiff * (lag + 0.5 * h));
+            self.spool_speed += change;
+            self.spool += h * (speed + 0.5 * change);
+        } else {
+            self.spool = target + (self.spool - target) * decay;
+        }
         if let Some(rate) = self.physics.outside.slew {
             self.spool = self.spool.clamp(before - rate * h, before + rate * h);
         }

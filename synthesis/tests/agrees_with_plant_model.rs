@@ -72,7 +72,7 @@ fn every_effect_moves_the_synthetic_rig_as_it_moves_the_model() {
     assert!(beyond.is_empty(), "differences beyond {POSITION_M} m or {PRESSURE_PA} Pa:\n{beyond:#?}");
 }
 
-/// Cushions, a spring, and what lies in series with them.
+/// Cushions, a spring, and what lies in series with them; a spool with inertia.
 #[test]
 fn cylinders_as_bought_move_the_same_way_in_both() {
     let mut cushioned = RigFile::paper_c();
@@ -83,10 +83,19 @@ fn cylinders_as_bought_move_the_same_way_in_both() {
     (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.0, 4.0e-3, 1.0, 4.0e-3);
     let mut single_acting = RigFile::paper_c();
     (single_acting.rig.cylinder.spring_preload_n, single_acting.rig.cylinder.spring_n_per_m) = (150.0, 1500.0);
-    for (name, rig_file) in [("cushioned", cushioned), ("single-acting", single_acting)] {
+    let [mut underdamped, mut overdamped] = [RigFile::paper_c(), RigFile::paper_c()];
+    (underdamped.rig.valve.spool_inertia, overdamped.rig.valve.spool_inertia) = (0.6, 0.1);
+    let in_series =
+        [None, Some(Effect::LineRestriction), Some(Effect::ChokedFlow), Some(Effect::LeakCrossPiston)].as_slice();
+    let lagging = [Some(Effect::ValveLag)].as_slice();
+    for (name, rig_file, effects) in [
+        ("cushioned", cushioned, in_series),
+        ("single-acting", single_acting, in_series),
+        ("underdamped", underdamped, lagging),
+        ("overdamped", overdamped, lagging),
+    ] {
         for family in [Family::Everyday, Family::Identification] {
-            for effect in [None, Some(Effect::LineRestriction), Some(Effect::ChokedFlow), Some(Effect::LeakCrossPiston)]
-            {
+            for effect in effects.iter().copied() {
                 let mut rng = Xoshiro256PlusPlus::seed_from_u64(6);
                 let draw = |effect| strength::draw(Which::Catalogue(effect), &rig_file.rig, 1.0, &mut rng);
                 let (y, p) = differences(&rig_file, effect.map(draw).into_iter().collect(), family, 4);

@@ -26,6 +26,7 @@ pub(crate) mod piston;
 pub(crate) mod shared;
 #[cfg(test)]
 pub(crate) mod simulated;
+mod spool;
 pub(crate) mod supply;
 pub(crate) mod term_library;
 pub(crate) mod valve;

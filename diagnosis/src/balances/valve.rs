@@ -1,10 +1,11 @@
 //! From the logged command to the valve's opening: delay, play, spool lag, dead zone, `atan(2 w)`.
 
-use super::decay::Decay;
+use super::spool::Spool;
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
 use plant_model::dead_zone::DeadZone;
+use plant_model::effects::ValveLagTerms as Terms;
 use plant_model::{OpeningCurve, Plant};
 
 /// The parameters that the openings depend on.
@@ -28,7 +29,7 @@ pub(super) struct Travel {
     max_voltage_v: f64,
     line_delay_s: f64,
     play_half_width_v: f64,
-    spool_time_constant_s: f64,
+    lag: Terms<f64>,
 }
 
 impl Travel {
@@ -37,7 +38,7 @@ impl Travel {
             max_voltage_v: plant.coefficients().max_voltage_v,
             line_delay_s: plant.line_delay_s(),
             play_half_width_v: plant.added().valve_hysteresis.half_width_v,
-            spool_time_constant_s: plant.added().valve_lag.time_constant_s,
+            lag: plant.added().valve_lag,
         }
     }
 }
@@ -48,7 +49,7 @@ pub(super) fn signed_opening(plant: &Plant<f64>, spool_v: f64) -> f64 {
     if opening.fills_a { opening.magnitude } else { -opening.magnitude }
 }
 
-/// After so many time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
+/// After so many times the slower of its time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
 const SPOOL_MEMORY: f64 = 37.0;
 
 /// Samples that are wanted, and those up to a time before one of them.
@@ -111,10 +112,12 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // The valve is assumed at mid when the log begins; until `Record::valve_known_s` the air does not count.
     let (hysteresis, lag, delay_s) = (plant.added().valve_hysteresis, plant.added().valve_lag, plant.line_delay_s());
-    let (mut played, mut spool) = (hysteresis.play(0.0, first), 0.0);
+    let mut played = hysteresis.play(0.0, first);
     let mut source = 0;
-    let mut decay = Decay::of(lag.time_constant_s);
-    let followed = followed(t, &wanted, SPOOL_MEMORY * lag.time_constant_s);
+    let mut spool = Spool::of(lag);
+    // The slower eigenvalue's real part is 1/tau or more with little inertia, and 1/(2 m tau) with much.
+    let slowest_s = lag.time_constant_s * (2.0 * lag.inertia).max(1.0);
+    let followed = followed(t, &wanted, SPOOL_MEMORY * slowest_s);
     for k in 0..u.len() {
         let (from, to) = (t[k], t[k] + record.interval_s(k));
         if !followed[k] {
@@ -122,7 +125,7 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
                 source += 1;
                 played = hysteresis.play(played, u[source]);
             }
-            spool = clamp(played);
+            spool.iter_mut().for_each(|spool| spool.rest_at(clamp(played)));
             out.ends.push(out.parts.len());
             continue;
         }
@@ -137,18 +140,12 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
             let target = clamp(played);
             // A spool that travels passes the bends of dead zone and curve on its way: the mean opening is not that at its mean
             // place. Where nobody wants it, one part leads to the same end.
-            let travels = decay.is_some() && (target - spool).abs() > constants::spool_travel() * c.max_voltage_v;
+            let far = |spool: &Spool| (target - spool.place_v()).abs() > constants::spool_travel() * c.max_voltage_v;
+            let travels = spool.as_ref().is_some_and(far);
             let parts = if travels && wanted[k] { constants::spool_parts() } else { 1 };
             let part = duration / parts as f64;
-            let rest = decay.as_mut().map(|decay| decay.after(part));
             for _ in 0..parts {
-                let mean = if let Some(rest) = rest {
-                    let (mean, end) = lag.over(spool, target, part, rest);
-                    spool = end;
-                    mean
-                } else {
-                    target
-                };
+                let mean = spool.as_mut().map_or(target, |spool| spool.follow(target, part));
                 if wanted[k] {
                     out.parts.push((mean, part));
                 }

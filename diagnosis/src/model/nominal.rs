@@ -4,7 +4,7 @@ use super::effects;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use plant_model::{Effect, Plant};
+use plant_model::{Effect, Place, Plant};
 use rig_files::{RigFile, RigKey, all_keys};
 
 const A: Channels = Channel::PressureA.bit();
@@ -146,6 +146,7 @@ pub(crate) fn nominal_parameters(
     }
     out.extend(stated_parameters(rig, judgeable));
     out.extend(delay(rig, judgeable));
+    out.extend(spool_inertia(rig, judgeable));
     out.extend(opening_points(rig, judgeable, commands_v));
     if supply_measured {
         let tolerance = constants::supply_sensor() * rig.rig.supply.pressure_pa;
@@ -226,6 +227,32 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
         tolerance: Some(tolerance),
         min: -of_hoses_s,
         max: farthest,
+        channels,
+    })
+}
+
+/// What a data sheet's one number leaves open of a spool that lags: whether its lag is of first or of second order.
+fn spool_inertia(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
+    let key = Place::spool_inertia.key();
+    let lag = Effect::ValveLag;
+    let lags = rig.effects.get(lag).is_some_and(|values| values[0] > 0.0);
+    let open = effect_tolerances(rig).iter().any(|(effect, _, part)| *effect == lag && *part > 0.0);
+    let nominal = key.get(&rig.rig);
+    let tolerance = match rig.tolerance.own(key.path) {
+        Some(own) => own * nominal,
+        None if open => constants::spool_inertia(),
+        None => 0.0,
+    };
+    let farthest = constants::farthest_nominal() * tolerance;
+    let channels = effects::channels(lag) & judgeable;
+    (lags && channels != 0 && tolerance > 0.0).then_some(Parameter {
+        slot: Slot::Nominal(key),
+        neutral: nominal,
+        scale: tolerance,
+        negligible: 0.0,
+        tolerance: Some(tolerance),
+        min: (nominal - farthest).max(key.limits.low),
+        max: (nominal + farthest).min(key.limits.high),
         channels,
     })
 }

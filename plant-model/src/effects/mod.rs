@@ -27,6 +27,7 @@ use terms::{Chamber, Seal, Sliding, Term};
 pub use definition::{Info, Negligible, ParameterInfo};
 pub use effect::{Effect, MAX_PARAMETERS};
 pub use terms::{ChamberFlow, Force, Side};
+pub use valve_lag::Terms as ValveLagTerms;
 pub(crate) use wall_heat::WarmthRate;
 
 macro_rules! sense_in_reverse {

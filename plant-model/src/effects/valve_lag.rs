@@ -9,8 +9,10 @@ use core::fmt;
 /// Coefficients of its term.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Terms<R> {
-    /// Time constant of the spool, s; 0 for none.
+    /// Time constant of the spool `tau`, s; 0 for none.
     pub time_constant_s: R,
+    /// Inertia `m` of the spool, `1 / (4 zeta^2)` with its damping ratio; 0 for a lag of first order.
+    pub inertia: R,
 }
 
 impl<R: Real> Term<R> for Terms<R> {
@@ -21,26 +23,64 @@ impl<R: Real> Term<R> for Terms<R> {
 }
 
 impl<R: Real> Terms<R> {
-    /// Rate of the spool in V/s, zero where it has no lag.
+    /// Whether the spool has a velocity of its own.
     #[inline(always)]
-    pub(crate) fn rate(&self, command_v: R, spool_v: R) -> R {
-        if self.is_present() { (command_v - spool_v) / self.time_constant_s } else { R::ZERO }
+    #[must_use]
+    pub fn has_inertia(&self) -> bool {
+        self.is_present() && self.inertia > R::ZERO
     }
 
-    /// Negative derivative of the rate by the spool's position, 1/s.
+    /// Rates of the spool's position in V/s and of its velocity in V/s2, zero where it has none.
     #[inline(always)]
-    pub(crate) fn inverse_s(&self) -> R {
-        if self.is_present() { R::ONE / self.time_constant_s } else { R::ZERO }
+    pub(crate) fn rates(&self, command_v: R, spool_v: R, spool_v_per_s: R) -> (R, R) {
+        if !self.is_present() {
+            return (R::ZERO, R::ZERO);
+        }
+        // What the command asks of a spool without inertia.
+        let asked = (command_v - spool_v) / self.time_constant_s;
+        if self.has_inertia() {
+            (spool_v_per_s, (asked - spool_v_per_s) / (self.inertia * self.time_constant_s))
+        } else {
+            (asked, R::ZERO)
+        }
     }
 
-    /// Mean over an interval of `duration_s` with a constant target, and position at its end, in V. `rest` is
-    /// `exp(-duration / time constant)`, which the caller takes from the exponential of its platform.
+    /// The spool's part of `(d - J) k = r` for a diagonal `d` in 1/s, solved: `k_w = w_w r_w + w_r r_r` for its position and
+    /// `k_r = r_w k_w + r_r r_r` for its velocity.
+    #[inline(always)]
+    pub(crate) fn solution(&self, diagonal: R) -> SpoolSolution<R> {
+        let inverse_s = if self.is_present() { R::ONE / self.time_constant_s } else { R::ZERO };
+        if !self.has_inertia() {
+            return SpoolSolution { w_w: R::ONE / (diagonal + inverse_s), ..SpoolSolution::default() };
+        }
+        let damping = inverse_s / self.inertia;
+        let stiffness = damping * inverse_s;
+        let r_r = R::ONE / (diagonal + damping);
+        let w_w = R::ONE / (diagonal + stiffness * r_r);
+        SpoolSolution { w_w, w_r: w_w * r_r, r_w: -(stiffness * r_r), r_r }
+    }
+
+    /// Mean over an interval of `duration_s` with a constant target, and position at its end, in V, of a spool without inertia. `rest`
+    /// is `exp(-duration / time constant)`, which the caller takes from the exponential of its platform.
     #[inline]
     #[must_use]
     pub fn over(&self, spool_v: R, target_v: R, duration_s: R, rest: R) -> (R, R) {
         let share = if duration_s > R::ZERO { self.time_constant_s / duration_s * (R::ONE - rest) } else { R::ONE };
         (target_v + (spool_v - target_v) * share, target_v + (spool_v - target_v) * rest)
     }
+}
+
+/// See [`Terms::solution`].
+#[derive(Clone, Copy, Default)]
+pub(crate) struct SpoolSolution<R> {
+    /// Position from its own right-hand side, s.
+    pub(crate) w_w: R,
+    /// Position from the velocity's right-hand side, s2.
+    pub(crate) w_r: R,
+    /// Velocity from the position's solution, 1/s.
+    pub(crate) r_w: R,
+    /// Velocity from its own right-hand side, s.
+    pub(crate) r_r: R,
 }
 
 pub(super) struct ValveLag;
@@ -51,7 +91,7 @@ impl Definition for ValveLag {
     const INFO: &'static Info = &Info {
         id: "valve-lag",
         title: "Slow valve spool",
-        equation: "tau w' + w = u",
+        equation: "tau w' + w = u; with valve.spool_inertia m of the rig file: m tau^2 w'' + tau w' + w = u",
         signature: "flow follows the command late by an amount that depends on its frequency; the width of the loop flow(u) grows with rate",
         source: "Festo MPYE catalogue: -3 dB at 115/95/80/70 Hz full stroke",
         parameters: &[ParameterInfo {
@@ -60,7 +100,7 @@ impl Definition for ValveLag {
             min: 0.0,
             max: 0.2,
             typical: 0.01,
-            meaning: "first-order time constant of the spool, s",
+            meaning: "time constant of the spool, s; 2 zeta / omega of one of second order",
         }],
     };
 
@@ -91,8 +131,8 @@ impl Definition for ValveLag {
         )
     };
 
-    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], _model: &Coefficients<R>) -> Terms<R> {
-        Terms { time_constant_s: values[0] }
+    fn terms<R: Real>(values: &[R; MAX_PARAMETERS], model: &Coefficients<R>) -> Terms<R> {
+        Terms { time_constant_s: values[0], inertia: model.spool_inertia }
     }
 
     fn negligible(context: &Negligible<'_>, scales: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {

@@ -319,6 +319,36 @@ fn a_single_acting_cylinder_rests_where_the_air_carries_the_spring_and_returns_b
 }
 
 #[test]
+fn a_spool_with_inertia_answers_a_step_as_a_lag_of_second_order_does() {
+    let lag = Effects::none().with(Effect::ValveLag, &[2.0e-3]);
+    for inertia in [0.1, 0.25, 0.4, 1.0] {
+        let mut rig = single_rod();
+        rig.valve.spool_inertia = inertia;
+        let mut simulator = Simulator::<f64>::new(&rig, &lag).unwrap();
+        let (mut most, mut sum) = (0.0_f64, 0.0);
+        for k in 1..=200 {
+            simulator.advance(1.0, 1.0e-4);
+            let (t, w) = (1.0e-4 * f64::from(k), simulator.state().spool_v);
+            // Poles of m tau^2 s^2 + tau s + 1.
+            let (sigma, product) = (0.5 / (inertia * 2.0e-3), 1.0 / (inertia * 4.0e-6));
+            let root = (sigma * sigma - product).abs().sqrt();
+            let (c, s) = match product - sigma * sigma {
+                circular if circular > 1.0 => ((root * t).cos(), (root * t).sin() / root),
+                circular if circular < -1.0 => ((root * t).cosh(), (root * t).sinh() / root),
+                _ => (1.0, t),
+            };
+            let expected = 1.0 - (-sigma * t).exp() * (c + sigma * s);
+            assert!((w - expected).abs() < 1.0e-3, "inertia {inertia} at {t} s: {w} instead of {expected}");
+            most = most.max(w);
+            sum += (1.0 - w) * 1.0e-4;
+        }
+        // What overshoots is what oscillates, and the time constant is the area above any such answer.
+        assert_eq!(most > 1.001, inertia > 0.3, "{inertia}: {most}");
+        assert!((sum - 2.0e-3).abs() < 1.0e-4, "{inertia}: {sum}");
+    }
+}
+
+#[test]
 fn cushions_and_springs_are_stated_whole() {
     let refused = |change: fn(&mut Rig<f64>)| {
         let mut rig = single_rod();
