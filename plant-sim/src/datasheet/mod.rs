@@ -5,9 +5,10 @@ mod page;
 pub mod valves;
 
 use plant_model::{Effect, OpeningTable, Rig};
+use rig_files::tuning::USUAL_LAG_S;
 use rig_files::{RigFile, Short};
 use std::f64::consts::PI;
-use valves::{FLOW_TOLERANCE, HYSTERESIS, LAG_TOLERANCE, STROKE_V, Valve, conductance_of_flow};
+use valves::{FLOW_TOLERANCE, HYSTERESIS, HYSTERESIS_TOLERANCE, LAG_TOLERANCE, STROKE_V, Valve, conductance_of_flow};
 
 pub use page::commented;
 
@@ -77,6 +78,11 @@ pub struct Origin {
     pub tolerance: Option<f64>,
 }
 
+/// The valve's dynamics in the rig file.
+const LAG: &str = "effects.valve-lag.time_constant_s";
+const PLAY: &str = "effects.valve-hysteresis.half_width_v";
+/// How well a typical lag is known: proportional valves of this size lie between half of it and twice as much.
+const TYPICAL_LAG_TOLERANCE: f64 = 0.5;
 /// Typical critical ratio of a spool valve with its fittings.
 const TYPICAL_RATIO: f64 = 0.3;
 /// Atmosphere of the day: within a few per cent of this, Pa.
@@ -248,15 +254,28 @@ impl SetUp {
         for path in ["hose_a.diameter_m", "hose_b.diameter_m"] {
             state(path, format!("{} mm inside, as given", self.hose_mm), Some(0.03));
         }
+        let (lag_s, lag_words, lag_tolerance) = match self.flow {
+            Flow::Type(valve) => {
+                let lag_s = 1.0 / (2.0 * PI * valve.cut_off_hz);
+                ((lag_s * 1.0e5).round() / 1.0e5, "data sheet: -3 dB at full stroke", LAG_TOLERANCE)
+            }
+            Flow::Nominal(_) | Flow::Iso6358 { .. } => (
+                USUAL_LAG_S,
+                "typical of proportional valves; the data sheet's -3 dB frequency f says better: 1/(2 pi f)",
+                TYPICAL_LAG_TOLERANCE,
+            ),
+        };
+        state(LAG, lag_words.into(), Some(lag_tolerance));
+        let most = format!("data sheet: at most {} % of the stroke, half of it expected", 100.0 * HYSTERESIS);
+        state(PLAY, most, Some(HYSTERESIS_TOLERANCE));
         let mut file = RigFile::new(self.name.clone(), rig);
+        file.effects.set(Effect::ValveLag, &[lag_s]);
+        file.tolerance.set_effect(Effect::ValveLag, 0, lag_tolerance);
         file.io.position_range_m = self.position_mm.map(|mm| mm / 1.0e3);
         file.io.pressure_range_pa = self.pressure_bar.map(|bar| ATMOSPHERE_PA + bar * 1.0e5);
-        if let Flow::Type(valve) = self.flow {
-            let lag_s = 1.0 / (2.0 * PI * valve.cut_off_hz);
-            file.effects.set(Effect::ValveLag, &[(lag_s * 1.0e5).round() / 1.0e5]);
-            file.tolerance.set_effect(Effect::ValveLag, 0, LAG_TOLERANCE);
+        if let Flow::Type(_) = self.flow {
             file.effects.set(Effect::ValveHysteresis, &[0.5 * HYSTERESIS * STROKE_V]);
-            file.tolerance.set_effect(Effect::ValveHysteresis, 0, 0.5);
+            file.tolerance.set_effect(Effect::ValveHysteresis, 0, HYSTERESIS_TOLERANCE);
         }
         for origin in &origins {
             if let Some(tolerance) = origin.tolerance

@@ -48,10 +48,6 @@ fn remark(file: &RigFile, origins: &[Origin], path: &str, nominal: &[f64]) -> Op
         "io.pressure_range_pa" => "the sensors' ends, absolute, as given",
         "io.adc_bits" => "what the controller receives",
         "io.valve_range_v" => "about mid position",
-        "effects.valve-lag.time_constant_s" => "data sheet: -3 dB at full stroke; ±30 %",
-        "effects.valve-hysteresis.half_width_v" => {
-            "data sheet: at most 0.4 % of the stroke, half of it expected; ±50 %"
-        }
         "tolerance.default" => "for keys that are not named below",
         _ => "",
     };

@@ -20,6 +20,8 @@ pub struct Valve {
 /// Largest hysteresis of the MPYE over its stroke (data sheet). A valve has from none to this much: half of it is expected, give
 /// or take half of that.
 pub const HYSTERESIS: f64 = 0.004;
+/// See there.
+pub const HYSTERESIS_TOLERANCE: f64 = 0.5;
 /// How well a time constant follows from a data sheet's cut-off frequency: that of the full stroke is a third lower than that
 /// of small strokes (Bode diagrams of the MPYE at 20 and 100 %).
 pub const LAG_TOLERANCE: f64 = 0.3;
