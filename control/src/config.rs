@@ -2,6 +2,7 @@
 //!
 //! This runs outside the tick, on the desktop and on the board; it is the only part of the crate that uses floats.
 
+use crate::arithmetic::{bits, fixed, scaled};
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
@@ -12,7 +13,6 @@ use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::servo::learned::{Learned, Quantities, Quantity};
 use crate::servo::{ServoState, Tuning};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
-use fixed::types::I16F16;
 use parameter_table::{Must, ParameterError};
 
 /// What the tick needs, precomputed.
@@ -86,12 +86,6 @@ fn within(value: f32, low: f64, high: f64) -> bool {
     value >= low as f32 && value <= high as f32
 }
 
-/// `value · 2^bits`, rounded to nearest; the caller's range check keeps it inside the result's type.
-pub(crate) fn scaled(value: f64, bits: u32) -> i64 {
-    let scaled = value * (1_u64 << bits) as f64;
-    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i64
-}
-
 /// The smallest number of ticks not shorter than `time_s`.
 fn ticks(time_s: f64, tick_hz: f64) -> u32 {
     let exact = time_s * tick_hz;
@@ -162,7 +156,7 @@ impl Config {
             pressure_loss_trips: p.pressure_loss_trips || p.law == LawChoice::Paper,
             position_rail_is_fault: margin > 0.0,
             setpoint,
-            law: Law { gain: I16F16::from_bits(scaled(gain, 16) as i32) },
+            law: Law { gain: fixed(gain) },
             servo: match p.law {
                 LawChoice::Paper => None,
                 LawChoice::Servo => Some(Tuning::new(p, &inverse)?),
@@ -171,7 +165,7 @@ impl Config {
             dac,
             safe_voltage,
             stop_ticks,
-            supply_minimum: Pressure::from_bits(scaled(f64::from(p.supply_minimum_pa), Pressure::FRAC_NBITS) as i32),
+            supply_minimum: fixed(f64::from(p.supply_minimum_pa)),
             glitch_ticks,
             timing_limit: u16::from(p.timing_fault_ticks.max(1)) * GLITCH_WEIGHT,
             self_test_ticks: ticks(f64::from(p.self_test_time_s), tick_hz),
@@ -229,15 +223,15 @@ impl Config {
 fn channel(
     ends: [f64; 2],
     adc_max: u16,
-    bits: u32,
+    fraction: u32,
     believable: [f64; 2],
     [step, noise]: [f64; 2],
     [glitch_limit, stuck_ticks]: [u16; 2],
 ) -> ChannelLimits {
-    let quantity = |value: f64| scaled(value, bits).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+    let quantity = |value: f64| bits(value, fraction);
     let scale = AdcScale {
         lowest: quantity(ends[0]),
-        width: scaled((ends[1] - ends[0]) / f64::from(adc_max), bits + EXTRA_BITS),
+        width: scaled((ends[1] - ends[0]) / f64::from(adc_max), fraction + EXTRA_BITS),
         max_code: adc_max,
     };
     ChannelLimits {
@@ -298,13 +292,13 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
                 acceleration,
                 "be from 3.8147e-6 tick_hz to 50 tick_hz (metres per second squared), or absent",
             )?;
-            let velocity_step = scaled(acceleration / tick_hz, 24);
+            let velocity_step: Velocity = fixed(acceleration / tick_hz);
             // What the rounded velocity step amounts to, less the rounding of the tick: the braking curve must never
             // promise more than the steps can do.
-            let braking = velocity_step as f64 / (1_u32 << 24) as f64 * tick_hz * (1.0 - 2.0e-6);
+            let braking = velocity_step.to_num::<f64>() * tick_hz * (1.0 - 2.0e-6);
             Motion::Smooth(Smooth {
-                max_velocity: Velocity::from_bits(scaled(velocity.unwrap_or(fastest), 24) as i32),
-                velocity_step: Velocity::from_bits(velocity_step as i32),
+                max_velocity: fixed(velocity.unwrap_or(fastest)),
+                velocity_step,
                 two_acceleration_q16: (2.0 * braking * 65_536.0) as u32,
                 landing_q56: scaled(braking / (tick_hz * tick_hz), 56),
                 tick_q32: scaled(1.0 / tick_hz, 32) as u32,
@@ -312,8 +306,7 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
             })
         }
     };
-    let position = |value: f64| Position::from_bits(scaled(value, Position::FRAC_NBITS) as i32);
-    Ok(SetpointLimits { low: position(low), high: position(high), motion })
+    Ok(SetpointLimits { low: fixed(low), high: fixed(high), motion })
 }
 
 fn output(
@@ -322,8 +315,6 @@ fn output(
     gain: f64,
     position_code: f64,
 ) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
-    let volts = |value: f64| Voltage::from_bits(scaled(value, Voltage::FRAC_NBITS) as i32);
-    let q16 = |value: f64| I16F16::from_bits(scaled(value, 16) as i32);
     let [lo, hi] = p.valve_range_v.map(f64::from);
     let max_voltage = f64::from(p.max_voltage_v);
     let (lowest, highest) = (lo.max(-max_voltage), hi.min(max_voltage));
@@ -371,22 +362,22 @@ fn output(
     )?;
     let safe = p.safe_voltage_v.map_or(Ok(centre), |voltage| inside(Key::safe_voltage_v, voltage))?;
     let inverse = DeadZoneInverse {
-        right: volts(right),
-        left: volts(left),
-        centre: volts(centre),
-        blend: volts(blend),
-        per_slope_right: q16(1.0 / slope_right),
-        per_slope_left: q16(1.0 / slope_left),
-        blend_slope_right: q16(rise_right),
-        blend_slope_left: q16(rise_left),
-        lowest: volts(lowest),
-        highest: volts(highest),
+        right: fixed(right),
+        left: fixed(left),
+        centre: fixed(centre),
+        blend: fixed(blend),
+        per_slope_right: fixed(1.0 / slope_right),
+        per_slope_left: fixed(1.0 / slope_left),
+        blend_slope_right: fixed(rise_right),
+        blend_slope_left: fixed(rise_left),
+        lowest: fixed(lowest),
+        highest: fixed(highest),
     };
     let dac = DacScale {
-        lowest: volts(lo),
-        highest: volts(hi),
+        lowest: fixed(lo),
+        highest: fixed(hi),
         codes_per_volt_q16: scaled(f64::from(dac_max) / (hi - lo), 16) as u32,
         max_code: dac_max,
     };
-    Ok((inverse, dac, volts(safe)))
+    Ok((inverse, dac, fixed(safe)))
 }

@@ -6,7 +6,7 @@
 use super::Angle;
 use super::angle::{angle, effective_voltage};
 use super::factor::Factor;
-use crate::arithmetic::{bits, multiply};
+use crate::arithmetic::{fixed, multiply};
 use crate::quantities::Voltage;
 
 /// Openings at which a table names the effective voltage, relative to the widest.
@@ -46,13 +46,13 @@ impl Opening {
             let theta = core::f64::consts::FRAC_PI_2 * OPENING_KNOTS[at];
             let slope = (theta - from[1]) / (w - from[0]);
             let line = Line {
-                w: Voltage::from_bits(bits(from[0], Voltage::FRAC_NBITS)),
-                theta: Angle::from_bits(bits(from[1], Angle::FRAC_NBITS)),
+                w: fixed(from[0]),
+                theta: fixed(from[1]),
                 slope: Factor::new(slope),
                 per_slope: Factor::new(1.0 / slope),
             };
             (from, at) = ([w, theta], at + 1);
-            most = Voltage::from_bits(bits(w, Voltage::FRAC_NBITS));
+            most = fixed(w);
             line
         });
         Self { lines: Some(lines), most }

@@ -18,11 +18,11 @@ use super::stall::StallLimits;
 use super::stick::{LeadGains, StickGains};
 use super::stream::StreamGains;
 use super::{Acceleration, Damping, Jerk, Micrometres, Ratio, Tick, Ticks};
-use crate::config::{ConfigError, demand, scaled};
+use crate::arithmetic::{bits, fixed};
+use crate::config::{ConfigError, demand};
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::parameters::{Key, Parameters};
 use crate::quantities::{Position, Velocity, Voltage};
-use fixed::traits::Fixed;
 use fixed::types::{I6F26, I8F24};
 
 /// Reference: shortest time for which a jerk is planned, s.
@@ -81,16 +81,6 @@ pub struct Tuning {
     pub(super) caution_of: Factor<Micrometres, I8F24>,
 }
 
-/// A value as the format has it, saturated.
-fn exactly<T: Fixed<Bits = i32>>(value: f64) -> T {
-    T::from_bits(bits_of(value, T::FRAC_NBITS))
-}
-
-#[inline(never)]
-fn bits_of(value: f64, bits: u32) -> i32 {
-    scaled(value, bits).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
-}
-
 impl Tuning {
     /// Computes the constants. The parameters' ranges are checked already.
     ///
@@ -143,11 +133,11 @@ impl Tuning {
             per_mass[1],
             "be from an eighth to 7.9 times servo_area_m2_per_kg",
         )?;
-        let force = |side: usize, pressure: f32| exactly::<Acceleration>(per_mass[side] * f64::from(pressure));
+        let force = |side: usize, pressure: f32| fixed::<Acceleration>(per_mass[side] * f64::from(pressure));
         let rest = [force(0, p.servo_rest_pa), force(1, p.servo_rest_b_pa.unwrap_or(p.servo_rest_pa))];
         let rest_force = rest[0].saturating_sub(rest[1]);
         let opening = opening(p)?;
-        let tick = Tick { q32: scaled(t, 32) as i32 };
+        let tick = Tick { q32: bits(t, 32) };
         let gamma = f64::from(p.servo_heat_capacity_ratio);
         let coulomb = f64::from(p.servo_coulomb_m_per_s2);
         // What friction is a part of must not be zero.
@@ -174,9 +164,9 @@ impl Tuning {
             tick,
             chambers: Chambers {
                 per_pa: per_mass.map(Factor::new),
-                ratio: exactly(ratio),
+                ratio: fixed(ratio),
                 follow: Share::new((t * PRESSURE_RATE).min(1.0)),
-                lengths: [p.servo_length_a_m, p.servo_length_b_m].map(|length| exactly(f64::from(length))),
+                lengths: [p.servo_length_a_m, p.servo_length_b_m].map(|length| fixed(f64::from(length))),
                 flow: [
                     [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s],
                     [
@@ -184,9 +174,9 @@ impl Tuning {
                         p.servo_exhaust_b_m_per_s.unwrap_or(p.servo_exhaust_m_per_s),
                     ],
                 ]
-                .map(|paths| paths.map(|c| exactly(gamma * f64::from(c)))),
+                .map(|paths| paths.map(|c| fixed(gamma * f64::from(c)))),
                 critical: critical(p)?,
-                gamma_q24: scaled(gamma, 24) as i32,
+                gamma_q24: bits(gamma, 24),
                 atmosphere: [0, 1].map(|side| force(side, p.servo_atmosphere_pa)),
                 nominal_supply: force(0, p.servo_supply_pa),
                 rest,
@@ -198,9 +188,9 @@ impl Tuning {
                 force: Share::new((force_rate * t).min(1.0)),
                 unseen: Share::new((UNSEEN_RATE * t).min(1.0)),
                 bristle: Factor::new(bristle * t),
-                bristle_q24: exactly::<I8F24>(bristle * t * t).to_bits(),
+                bristle_q24: bits(bristle * t * t, 24),
             },
-            unseen_coulomb: exactly(UNSEEN_COULOMB_START * coulomb),
+            unseen_coulomb: fixed(UNSEEN_COULOMB_START * coulomb),
             standing_ticks: ticks(STANDING_S),
             learning: LearningRates {
                 wrong: Factor::new(force_rate),
@@ -208,18 +198,18 @@ impl Tuning {
                 zone: Share::new(LEARN[1] * t),
                 lag: Share::new(LEARN[1] * t),
                 turn: Share::new((force_rate * t).min(1.0)),
-                turning_square: exactly(TURNING * t * TURNING * t),
-                lag_bounds: Quantity::Lag.parts().map(|bound| exactly(bound * lag * hz)),
+                turning_square: fixed(TURNING * t * TURNING * t),
+                lag_bounds: Quantity::Lag.parts().map(|bound| fixed(bound * lag * hz)),
                 body: Factor::new(LEARN[1] * t / unit),
-                coulomb: exactly(coulomb),
-                viscous: exactly(viscous),
-                viscous_bounds: Quantity::Viscous.parts().map(|bound| exactly(bound * viscous)),
+                coulomb: fixed(coulomb),
+                viscous: fixed(viscous),
+                viscous_bounds: Quantity::Viscous.parts().map(|bound| fixed(bound * viscous)),
                 viscous_part: Factor::new(viscous / unit),
                 inertia_part: Factor::new(1.0 / unit),
                 zone_bounds: valve.zones.map(|zone| {
                     Quantity::ZoneRight
                         .parts()
-                        .map(|bound| exactly::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
+                        .map(|bound| fixed::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
                 }),
                 load: Share::new(LOAD_RATE * t),
                 load_bounds: [
@@ -228,15 +218,15 @@ impl Tuning {
                 ],
                 slowly: Share::new(SLOW_LEARN * t),
                 slips: p.servo_stick_slip,
-                coulomb_bounds: Quantity::Coulomb.parts().map(|bound| exactly(bound * coulomb)),
+                coulomb_bounds: Quantity::Coulomb.parts().map(|bound| fixed(bound * coulomb)),
             },
             valve,
             stream: StreamGains {
-                dead_band: exactly(DEAD_BAND_M),
+                dead_band: fixed(DEAD_BAND_M),
                 longest_hold: ticks(LONGEST_HOLD_S),
                 whole,
-                off: exactly(acceleration / (stream_w * stream_w)),
-                acceleration: exactly(MOST_ACCELERATION * acceleration),
+                off: fixed(acceleration / (stream_w * stream_w)),
+                acceleration: fixed(MOST_ACCELERATION * acceleration),
                 per_tick: Factor::new(hz),
                 y: Factor::new(3.0 * stream_w * whole_s),
                 v: Factor::new(3.0 * stream_w * stream_w * whole_s),
@@ -249,40 +239,40 @@ impl Tuning {
                     Factor::new(1.0 / (CALM_JERK * jerk)),
                 ),
                 forget: Share::new(t / PEAK_HELD_S),
-                lost: exactly(NOT_FOLLOWED),
-                followed_part: exactly(FOLLOWED),
+                lost: fixed(NOT_FOLLOWED),
+                followed_part: fixed(FOLLOWED),
                 followed: Factor::new(1.0 / (NOT_FOLLOWED - FOLLOWED)),
             },
             limits: Limits {
-                speed: exactly::<I6F26>(natural),
-                tick: exactly::<I6F26>(planned * jerk / acceleration),
+                speed: fixed::<I6F26>(natural),
+                tick: fixed::<I6F26>(planned * jerk / acceleration),
                 length: Factor::new(jerk * jerk / (acceleration * acceleration * acceleration)),
                 velocity: Factor::new(jerk / (acceleration * acceleration)),
                 aim_jerk: Factor::new(1.0 / jerk),
                 acceleration: Factor::new(1.0 / acceleration),
                 jerk: Factor::new(acceleration / planned),
                 near: (
-                    exactly(jerk * planned),
-                    exactly(jerk * planned * planned),
-                    exactly(NEAR_M + jerk * planned * planned * planned),
+                    fixed(jerk * planned),
+                    fixed(jerk * planned * planned),
+                    fixed(NEAR_M + jerk * planned * planned * planned),
                 ),
             },
             law: gains(w, if p.servo_stick_slip { SLIPPING_STICK_GAIN } else { STICK_GAIN }),
             equalise: Factor::new(EQUALISE * w),
             hold: HoldLimits {
-                enter: exactly(HOLD_M[0]),
-                leave: exactly(HOLD_M[1]),
-                leave_slowly: [exactly(LEAVE[0] * HOLD_M[1]), exactly(LEAVE[1] * HOLD_M[1])],
-                leave_at_once: exactly(LEAVE[2] * HOLD_M[1]),
+                enter: fixed(HOLD_M[0]),
+                leave: fixed(HOLD_M[1]),
+                leave_slowly: [fixed(LEAVE[0] * HOLD_M[1]), fixed(LEAVE[1] * HOLD_M[1])],
+                leave_at_once: fixed(LEAVE[2] * HOLD_M[1]),
                 settle_ticks: ticks(SETTLE_S),
                 coast_ticks: ticks(COAST_S),
                 trial_ticks: ticks(TRIAL_S),
-                force: exactly(MOVING * coulomb),
-                margin: exactly(HELD * coulomb),
+                force: fixed(MOVING * coulomb),
+                margin: fixed(HELD * coulomb),
                 // The disturbance's standard deviations: the observer makes `σ² 3 w_o⁵ T / 16` of a position's variance.
-                band: exactly(HELD_DEVIATIONS * w_o * w_o * root(3.0 / 16.0 * w_o * t) * 1e-6 * QUIET_UM),
-                target: exactly(DEAD_BAND_M),
-                speed: exactly(HOLD_SPEED),
+                band: fixed(HELD_DEVIATIONS * w_o * w_o * root(3.0 / 16.0 * w_o * t) * 1e-6 * QUIET_UM),
+                target: fixed(DEAD_BAND_M),
+                speed: fixed(HOLD_SPEED),
                 ticks: ticks(REST_S),
                 weights: Weights {
                     error: Share::new(weight),
@@ -290,48 +280,44 @@ impl Tuning {
                     v: Share::new(weight),
                     force: Share::new((t / FORCE_MEAN_S).min(1.0)),
                 },
-                drift: exactly(HOLD_DRIFT * coulomb),
-                pulse: exactly(HOLD_DRIFT * coulomb / PULSE_S),
+                drift: fixed(HOLD_DRIFT * coulomb),
+                pulse: fixed(HOLD_DRIFT * coulomb / PULSE_S),
                 noise_follow: Share::new((FORCE_NOISE_RATE * t).min(1.0)),
                 // A mean behind the observer's correction has the variance
                 // `T / (2 (1 / L + mean))` of one sample's, a difference of two twice that.
                 doubt: Factor::new(DEVIATION * DOUBT * root(t / (1.0 / force_rate + FORCE_MEAN_S))),
                 inwards: p.servo_stick_slip,
             },
-            stick: StickGains {
-                speed: exactly(STICK_SPEED),
-                ticks: ticks(REST_S),
-                most: exactly(STICK_MOST * coulomb),
-            },
+            stick: StickGains { speed: fixed(STICK_SPEED), ticks: ticks(REST_S), most: fixed(STICK_MOST * coulomb) },
             stall: StallLimits {
-                stands: exactly(STANDS_M),
+                stands: fixed(STANDS_M),
                 // From one end of the friction to the other, and half as much again, or what makes a free piston turn round and leave its
                 // place meanwhile.
-                force: exactly(2.0 * coulomb + coulomb.max(8.0 * STANDS_M / (STALL_S * STALL_S))),
+                force: fixed(2.0 * coulomb + coulomb.max(8.0 * STANDS_M / (STALL_S * STALL_S))),
                 ticks: ticks(STALL_S),
                 suspected: ticks(SUSPECTED * STALL_S),
-                growth: exactly(
+                growth: fixed(
                     per_mass[0] * f64::from(p.servo_supply_pa - p.servo_atmosphere_pa).max(0.0) * t / STALL_GROWTH_S,
                 ),
                 follow: Factor::new(STICK_FORCE * w),
             },
             friction: FrictionGains::new(hz, bristle, delay_ticks),
-            standing: exactly(STICK_SPEED),
-            near: exactly(ERROR_M),
-            arrived: exactly(ARRIVED_M),
-            braking: exactly(BRAKING * acceleration),
-            lag: exactly(lag * hz),
+            standing: fixed(STICK_SPEED),
+            near: fixed(ERROR_M),
+            arrived: fixed(ARRIVED_M),
+            braking: fixed(BRAKING * acceleration),
+            lag: fixed(lag * hz),
             start: Learned::of(
                 &ValveModel { zones: valve.zones, gains: [Ratio::ONE; 2] },
-                &Body { coulomb: exactly(coulomb_start * coulomb), viscous: exactly(viscous), mass: Ratio::ONE },
-                exactly(lag * hz),
+                &Body { coulomb: fixed(coulomb_start * coulomb), viscous: fixed(viscous), mass: Ratio::ONE },
+                fixed(lag * hz),
                 rest_force.saturating_neg(),
                 Ratio::ONE,
             ),
             delay_ticks,
             lead: Factor::new(f64::from(p.servo_lead_s)),
             slipping: p.servo_stick_slip.then(|| Factor::new(weight * hz)),
-            least_caution: scaled(if p.servo_stick_slip { SLIPPING } else { 1.0 }, 24) as i32,
+            least_caution: bits(if p.servo_stick_slip { SLIPPING } else { 1.0 }, 24),
             noise_of: Factor::new(1e6 * DEVIATION),
             noise_follow: Share::new(NOISE_RATE * t),
             caution_of: Factor::new(1.0 / QUIET_UM),
@@ -453,12 +439,12 @@ fn valve(p: &Parameters, inverse: &DeadZoneInverse, opening: Opening) -> Valve {
     let most = highest.saturating_sub(centre).min(centre.saturating_sub(lowest)).max(Voltage::ZERO);
     Valve {
         centre,
-        slopes: slopes.map(exactly),
+        slopes: slopes.map(fixed),
         per_slopes: [inverse.per_slope_right, inverse.per_slope_left],
         ends: [lowest, highest],
         most,
-        blend: exactly(BLEND),
-        per_blend: exactly(1.0 / BLEND),
+        blend: fixed(BLEND),
+        per_blend: fixed(1.0 / BLEND),
         zones: [right.saturating_sub(centre), centre.saturating_sub(left)],
         opening,
     }
