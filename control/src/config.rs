@@ -3,6 +3,7 @@
 //! This runs outside the tick, on the desktop and on the board; it is the only part of the crate that uses floats.
 
 use crate::arithmetic::{bits, fixed, scaled};
+use crate::config_error::{ConfigError, demand};
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
@@ -13,7 +14,6 @@ use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::servo::learned::{Learned, Quantities, Quantity};
 use crate::servo::{ServoState, Tuning};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
-use parameter_table::{Must, ParameterError};
 
 /// What the tick needs, precomputed.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,42 +43,6 @@ pub struct Config {
     pub(crate) timing_limit: u16,
     pub(crate) self_test_ticks: u32,
     pub(crate) command_time_out_ticks: u32,
-}
-
-/// Which parameter is wrong, and what it must be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConfigError {
-    /// The parameter's key.
-    pub key: &'static str,
-    /// The value found.
-    pub value: f64,
-    /// What would be accepted, as the end of the sentence "must …".
-    pub must: Must,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} = {} must {}", self.key, self.value, self.must)
-    }
-}
-
-impl core::error::Error for ConfigError {}
-
-impl From<ParameterError> for ConfigError {
-    fn from(error: ParameterError) -> Self {
-        Self { key: error.key, value: error.value, must: error.must }
-    }
-}
-
-impl From<ConfigError> for ParameterError {
-    fn from(error: ConfigError) -> Self {
-        Self { key: error.key, value: error.value, must: error.must }
-    }
-}
-
-/// Says what `key` must be if a demand of another parameter is not met.
-pub(crate) fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
-    if met { Ok(()) } else { Err(ConfigError { key: key.row().key, value, must: must.into() }) }
 }
 
 /// Whether a value lies in a range that was computed. In f32, so that a limit typed as the value is accepted.

@@ -5,6 +5,7 @@
 use super::constants::{GAIN_DELAY, TICK_DELAY};
 use super::factor::{Factor, quotient};
 use super::reference::Motion;
+use super::rig::Rig;
 use super::{Acceleration, Jerk, Ratio, Tick, Ticks};
 use crate::arithmetic::{bits, limit, product};
 use crate::quantities::Velocity;
@@ -26,12 +27,11 @@ pub(crate) struct FrictionGains {
 }
 
 impl FrictionGains {
-    /// For a tick rate of `hz` in 1/s, bristles of `bristle` in 1/s2 (`σ_0 / M`) and hoses that delay by whole ticks.
-    pub(crate) fn new(hz: f64, bristle: f64, delay_ticks: u8) -> Self {
+    pub(crate) fn new(rig: &Rig) -> Self {
         Self {
-            bristle: Factor::new(bristle / hz),
-            per_tick: Factor::new(hz),
-            delay: TICK + Ticks::from_num(delay_ticks),
+            bristle: Factor::new(rig.bristle / rig.hz),
+            per_tick: Factor::new(rig.hz),
+            delay: TICK + Ticks::from_num(rig.delay_ticks),
         }
     }
 }

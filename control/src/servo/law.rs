@@ -20,6 +20,13 @@ pub(crate) struct LawGains {
     pub(crate) lead: LeadGains,
 }
 
+impl LawGains {
+    /// Of the bandwidth `w`, with so many times the law's rate of force while the piston sticks.
+    pub(crate) fn new(w: f64, stick: f64) -> Self {
+        Self { feedback: Feedback::new(w), lead: LeadGains::new(w, stick) }
+    }
+}
+
 /// From the errors of acceleration, velocity and position to a jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Feedback {
@@ -35,6 +42,10 @@ pub(crate) struct Feedback {
 pub(crate) type Parts = [PartOf; 3];
 
 impl Feedback {
+    fn new(w: f64) -> Self {
+        Self { a: Factor::new(3.0 * w), v: Factor::new(3.0 * w * w), y: Factor::new(w * w * w) }
+    }
+
     /// At a part of the bandwidth.
     pub(crate) fn at(&self, bandwidth: Ratio) -> Parts {
         let square: Ratio = product(bandwidth, bandwidth);

@@ -41,6 +41,7 @@ pub mod learning;
 pub mod observer;
 mod opening;
 pub mod reference;
+mod rig;
 pub mod stall;
 pub mod stick;
 pub mod stream;

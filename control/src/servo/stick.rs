@@ -1,10 +1,12 @@
 //! Stick: the piston stands off its target. The force is then led to where it breaks away, without the noise of velocity
 //! and acceleration, which would throw the valve across its dead zone each tick and let no air through.
 
+use super::constants::{REST_S, STICK_CREEP, STICK_FORCE, STICK_MOST, STICK_SPEED};
 use super::factor::Factor;
 use super::hold::Means;
+use super::rig::Rig;
 use super::{Acceleration, Caution, Jerk, Tick};
-use crate::arithmetic::{limit, saturate};
+use crate::arithmetic::{fixed, limit, saturate};
 use crate::quantities::{Position, Velocity};
 
 /// Constants of stick.
@@ -19,6 +21,10 @@ pub(crate) struct StickGains {
 }
 
 impl StickGains {
+    pub(crate) fn new(rig: &Rig) -> Self {
+        Self { speed: fixed(STICK_SPEED), ticks: rig.ticks(REST_S), most: fixed(STICK_MOST * rig.coulomb) }
+    }
+
     /// Whether the piston stands, by its mean velocity.
     #[inline]
     pub(crate) fn sticks(&self, mean: &Means, caution: Caution) -> bool {
@@ -35,6 +41,17 @@ pub(crate) struct LeadGains {
     pub(crate) creep: Factor<Velocity, Jerk>,
     /// How fast the force follows.
     pub(crate) force: Factor<Acceleration, Jerk>,
+}
+
+impl LeadGains {
+    /// Of the bandwidth `w`, with `gain` times the law's rate of force.
+    pub(crate) fn new(w: f64, gain: f64) -> Self {
+        Self {
+            error: Factor::new(gain * w * w * w),
+            creep: Factor::new(gain * STICK_CREEP * w * w),
+            force: Factor::new(STICK_FORCE * w),
+        }
+    }
 }
 
 /// The force that is asked for while the piston sticks.

@@ -37,10 +37,6 @@ fn value<T: Fixed>(x: T) -> f64 {
     x.to_num()
 }
 
-fn new_valve(tuning: &Tuning) -> ValveModel {
-    ValveModel { zones: tuning.valve.zones, gains: [Ratio::ONE; 2] }
-}
-
 #[test]
 fn stiffness_and_slopes_are_those_of_the_equations() {
     let tuning = tuning();
@@ -78,7 +74,7 @@ fn a_missing_pressure_follows_from_the_other_and_the_modelled_force() {
 #[test]
 fn the_command_for_an_angle_opens_the_valve_by_that_angle_and_crosses_the_dead_zone_on_a_line() {
     let tuning = tuning();
-    let (valve, model) = (&tuning.valve, new_valve(&tuning));
+    let (valve, model) = (&tuning.valve, ValveModel::nominal(&tuning.valve));
     for step in -140..=140 {
         let theta = f64::from(step) / 100.0;
         let [u, w] = valve.command(&model, Angle::from_num(theta));
@@ -264,7 +260,7 @@ fn a_target_is_new_until_the_reference_is_within_a_tenth_of_a_millimetre_and_aga
 #[test]
 fn the_observer_finds_velocity_and_disturbance_of_a_motion_that_it_did_not_expect() {
     let tuning = tuning();
-    let (mut estimate, valve) = (Estimate::default(), new_valve(&tuning));
+    let (mut estimate, valve) = (Estimate::default(), ValveModel::nominal(&tuning.valve));
     let rest = tuning.chambers.rest;
     let air = tuning.chambers.air(Position::ZERO, [rest[0], rest[1], tuning.chambers.nominal_supply]);
     let (_, body, lag, ..) = tuning.start.parts();
@@ -448,7 +444,7 @@ fn bristles_stiffer_than_the_format_hold_no_more_than_the_coulomb_friction() {
             let _ = estimate.predict(
                 tuning.valve.centre,
                 &air,
-                (&tuning.valve, &new_valve(&tuning)),
+                (&tuning.valve, &ValveModel::nominal(&tuning.valve)),
                 (lag, &body),
                 (&tuning.observer, &tuning.tick),
             );
@@ -617,7 +613,7 @@ fn gain_zone_lag_and_friction_are_learned_the_right_way_and_never_beyond_their_b
     let tuning = tuning();
     let rest = tuning.chambers.rest;
     let air = tuning.chambers.air(Position::ZERO, [rest[0], rest[1], tuning.chambers.nominal_supply]);
-    let mut valve = new_valve(&tuning);
+    let mut valve = ValveModel::nominal(&tuning.valve);
     let open = |w: f64| {
         let w = Voltage::from_num(w);
         Opening { w, theta: angle::angle(w) }
@@ -780,7 +776,7 @@ fn a_controlled_stop_asks_for_the_rate_that_brings_the_force_to_that_at_rest_and
     let mut tuning = tuning();
     // With a rod and a load the force at rest is not zero.
     tuning.chambers.rest[1] = tuning.chambers.rest[0].saturating_sub(Acceleration::from_num(3));
-    let state = ServoState { valve: new_valve(&tuning), ..ServoState::default() };
+    let state = ServoState { valve: ValveModel::nominal(&tuning.valve), ..ServoState::default() };
     let air = tuning.chambers.air(Position::ZERO, [tuning.chambers.rest[0]; 3]);
     for force in [-20.0, -1.0, 0.0, 2.9, 3.0, 3.1, 7.0, 20.0, 200.0] {
         let forces = [17.0 + force, 17.0, 34.0].map(Acceleration::from_num);
