@@ -14,6 +14,7 @@ use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::servo::learned::{Learned, Quantities, Quantity};
 use crate::servo::{ServoState, Tuning};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
+use parameter_table::{Limits, Must};
 
 /// What the tick needs, precomputed.
 #[derive(Clone, Debug, PartialEq)]
@@ -248,14 +249,10 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
         (None, Some(velocity)) => Motion::Ramp { step_q56: scaled(velocity / tick_hz, 56) },
         (Some(a), velocity) => {
             let fastest = Key::setpoint_velocity_m_per_s.row().limits.high;
+            let key = Key::setpoint_acceleration_m_per_s2;
             let [low, high] = acceleration_range(p.tick_hz);
             let acceleration = f64::from(a);
-            demand(
-                within(a, low, high),
-                Key::setpoint_acceleration_m_per_s2,
-                acceleration,
-                "be from 3.8147e-6 tick_hz to 50 tick_hz (metres per second squared), or absent",
-            )?;
+            demand(within(a, low, high), key, acceleration, Must::FitNow(Limits { low, high, ..key.row().limits }))?;
             let velocity_step: Velocity = fixed(acceleration / tick_hz);
             // What the rounded velocity step amounts to, less the rounding of the tick: the braking curve must never
             // promise more than the steps can do.

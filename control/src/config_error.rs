@@ -35,6 +35,6 @@ impl From<ConfigError> for ParameterError {
 }
 
 /// Says what `key` must be if a demand of another parameter is not met.
-pub(crate) fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
+pub(crate) fn demand(met: bool, key: Key, value: f64, must: impl Into<Must>) -> Result<(), ConfigError> {
     if met { Ok(()) } else { Err(ConfigError { key: key.row().key, value, must: must.into() }) }
 }

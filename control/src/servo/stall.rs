@@ -77,8 +77,8 @@ impl Stall {
         }
     }
 
-    /// Whether more is applied than friction takes for a quarter of the time in which the piston counts as blocked: that teaches nothing about
-    /// friction and load. A piston that is free but slow to set out has moved by then.
+    /// Whether more is applied than friction takes for [`SUSPECTED`] of the time after which the piston counts as blocked: that teaches nothing
+    /// about friction and load.
     #[inline]
     pub(crate) fn suspected(&self, limits: &StallLimits) -> bool {
         self.ticks > limits.suspected
