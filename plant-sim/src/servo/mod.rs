@@ -19,7 +19,6 @@ pub mod reference;
 pub mod stall;
 pub mod stick;
 pub mod stream;
-pub mod trials;
 pub mod tuning;
 
 use air::Air;
