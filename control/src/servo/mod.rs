@@ -220,12 +220,23 @@ impl ServoState {
             body: self.body,
             lag: Lag::of(self.lag.ticks),
             bandwidth: self.bandwidth,
-            feedback: tuning.law.feedback.at(self.bandwidth),
-            pace: self.valve.part_of_limits(self.bandwidth),
             learned: true,
             begun: Learned::of(&self.valve, &self.body, self.lag.ticks, load, self.bandwidth),
             ..Self::default()
         };
+        self.follow_bandwidth(tuning);
+    }
+
+    /// Gains and pace at the bandwidth as it now is.
+    fn follow_bandwidth(&mut self, tuning: &Tuning) {
+        self.feedback = tuning.law.feedback.at(self.bandwidth);
+        self.follow_flow();
+    }
+
+    /// Pace at the flow as it now is.
+    #[inline]
+    fn follow_flow(&mut self) {
+        self.pace = self.valve.part_of_limits(self.bandwidth);
     }
 
     /// Forgets what was learned in this run: the readings were those of a fault.
@@ -349,8 +360,7 @@ impl Tuning {
         state.swings.see(state.stays, state.hold.mean.error, leave);
         if state.swings.take_pass(MOST_SWINGS) {
             learning::slow_down(&mut state.bandwidth);
-            state.feedback = self.law.feedback.at(state.bandwidth);
-            state.pace = state.valve.part_of_limits(state.bandwidth);
+            state.follow_bandwidth(self);
         }
         let Some(Shown { force, opening, air }) = state.shown.take() else { return };
         // A wrong rate of force stands as an innovation of that rate over the correction's.
@@ -358,7 +368,7 @@ impl Tuning {
         let slope = state.valve.slope(opening.theta >= 0, &air);
         state.lag.learn(wrong, opening.theta, slope, &self.learning);
         learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
-        state.pace = state.valve.part_of_limits(state.bandwidth);
+        state.follow_flow();
         if !state.stall.suspected(&self.stall) {
             learning::learn_body(&mut state.body, &mut state.estimate, state.approaches, &self.learning);
         }
