@@ -1,4 +1,4 @@
-//! Friction along the reference: where a streamed target turns round, the piston sticks until the force of the chambers has
+//! Feedforward of friction: where a streamed target turns round, the piston sticks until the force of the chambers has
 //! travelled from one end of the Coulomb friction to the other. The valve takes tens of milliseconds for that, in which the
 //! target moves on. When it turns is known, so the force sets out before.
 
@@ -15,7 +15,7 @@ const GAIN: Ticks = Ticks::from_bits(bits(GAIN_DELAY, Ticks::FRAC_NBITS));
 /// [`TICK_DELAY`] in their format.
 const TICK: Ticks = Ticks::from_bits(bits(TICK_DELAY, Ticks::FRAC_NBITS));
 
-/// Constants of the friction ahead.
+/// Constants of the feedforward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrictionGains {
     /// `T σ_0 / M`: from velocity to the change of the bristles' force in a tick.
@@ -38,11 +38,11 @@ impl FrictionGains {
 
 /// The friction that the target's motion meets when the force that is asked for now will act, per moving mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrictionAhead {
+pub struct Feedforward {
     force: Acceleration,
 }
 
-impl FrictionAhead {
+impl Feedforward {
     /// A piston that rests at this friction.
     #[inline]
     pub(crate) fn at(force: Acceleration) -> Self {

@@ -4,7 +4,7 @@ use super::constants::*;
 use super::cycle::Cycle;
 use super::factor::{Factor, Share};
 use super::rig::Rig;
-use super::{Acceleration, Caution, Jerk};
+use super::{Acceleration, Jerk, ThresholdScale};
 use crate::arithmetic::fixed;
 use crate::quantities::{Position, Velocity};
 
@@ -157,7 +157,7 @@ impl Hold {
         resting: bool,
         now: Means,
         (disturbance, coulomb): (Acceleration, Acceleration),
-        (limits, caution): (&HoldLimits, Caution),
+        (limits, scale): (&HoldLimits, ThresholdScale),
     ) -> bool {
         let (mean, weights) = (&mut self.mean, &limits.weights);
         mean.error = mean.error.saturating_add(weights.error.of(now.error.saturating_sub(mean.error)));
@@ -179,17 +179,14 @@ impl Hold {
             let may_move = self.ticks < limits.coast_ticks || change > self.beyond_noise(limits.force, limits);
             let [on_trial, later] = limits.leave_slowly;
             let slowly = if self.ticks < limits.trial_ticks { on_trial } else { later };
-            let off = (may_move && error > caution.of(limits.leave))
-                || self.slow.saturating_abs() > caution.of(slowly)
-                || error > caution.of(limits.leave_at_once);
+            let off = (may_move && error > scale.of(limits.leave))
+                || self.slow.saturating_abs() > scale.of(slowly)
+                || error > scale.of(limits.leave_at_once);
             if off || target.saturating_sub(self.target).saturating_abs() > limits.target {
                 self.on = false;
                 self.ticks = 0;
             }
-        } else if resting
-            && held
-            && error < caution.of(limits.enter)
-            && mean.v.saturating_abs() < caution.of(limits.speed)
+        } else if resting && held && error < scale.of(limits.enter) && mean.v.saturating_abs() < scale.of(limits.speed)
         {
             self.ticks = self.ticks.saturating_add(1);
             if self.ticks >= limits.ticks {
@@ -209,8 +206,8 @@ impl Hold {
         self.cycle.see(self.waits, self.mean.error, leave);
     }
 
-    /// Whether the piston has passed a standing target once more while the reference rested there: friction compensated in excess of what
-    /// there is does that. An overshoot is no cycle.
+    /// Whether the piston has passed a standing target once more while the reference rested there: overcompensated friction does that. An
+    /// overshoot is no cycle.
     #[inline]
     pub(crate) fn take_pass(&mut self) -> bool {
         self.cycle.take_pass(1)

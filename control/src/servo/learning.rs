@@ -126,7 +126,7 @@ impl Lag {
         Self { ticks, ..Self::default() }
     }
 
-    /// A spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`. `wrong` is the rate of
+    /// A spool slower than modelled leaves the force behind by `slope * angle' * error of the lag`. `wrong` is the rate of
     /// force that the innovation shows.
     #[inline]
     pub(crate) fn learn(&mut self, wrong: Jerk, theta: Angle, slope: Jerk, rates: &LearningRates) {

@@ -1,12 +1,12 @@
 //! The positioning law: `docs/control-law.md` derives it; files in the order of the data.
 //!
 //! ```text
-//! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each
-//!                       ▲         ▲       ▲   ▲
-//!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
-//!                                         │      hold, stick          silent at rest; breaking away
-//!                            observer ────┘   └─ learning, stall      valve, lag, load, friction, mass; blocked
-//!                               └─ equalise ─ inversion ─► command    after a trip, instead of all above
+//! target ─ stream ─ reference ─────► law ─ inversion ─► command          one file each
+//!                       ▲             ▲       ▲   ▲
+//!                       └ anti-windup ┘       │   └─ friction,            feedforward for a target that turns round;
+//!                                             │      hold, stick          silent at rest; breaking away
+//!                                observer ────┘   └─ learning, stall      valve, lag, load, friction, mass; blocked
+//!                                   └─ equalise ─ inversion ─► command    after a trip, instead of all above
 //! ```
 //!
 //! Forces are per nominal moving mass, so that the tick never needs the mass, and a force has the format of an acceleration:
@@ -50,12 +50,12 @@ mod tuning;
 use crate::arithmetic::{bits, limit, multiply};
 use crate::quantities::{Position, Pressure, Voltage};
 use air::Air;
-use constants::{MOST_CAUTION, MOST_SWINGS};
+use constants::{MOST_SWINGS, MOST_THRESHOLD_SCALE};
 use cycle::Cycle;
 use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
-use friction::FrictionAhead;
+use friction::Feedforward;
 use hold::Hold;
 use inversion::ValveModel;
 use law::Parts;
@@ -104,11 +104,11 @@ impl Tick {
     }
 }
 
-/// By how much more coarsely hold and stick judge a noisy position or a slipping piston, 1 to 4, 24 fractional bits.
+/// By how much the thresholds of hold and stick are higher for a noisy position or a slipping piston, 1 to 4, 24 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Caution(i32);
+pub(crate) struct ThresholdScale(i32);
 
-impl Caution {
+impl ThresholdScale {
     #[inline]
     fn of<T: Fixed<Bits = i32>>(self, limit: T) -> T {
         T::from_bits(multiply(limit.to_bits(), self.0, 24))
@@ -174,7 +174,7 @@ pub struct ServoState {
     /// The target in the last tick, and whether it is still the same.
     target: Position,
     stays: bool,
-    friction_ahead: FrictionAhead,
+    feedforward: Feedforward,
     noise: Micrometres,
     acting: Voltage,
     delay: Delay,
@@ -352,7 +352,7 @@ impl Tuning {
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
         state.stall.see(state.estimate.y, state.estimate.force, &self.stall);
-        let leave = self.caution(state.noise).of(self.hold.leave);
+        let leave = self.threshold_scale(state.noise).of(self.hold.leave);
         state.hold.see(leave);
         if state.hold.take_pass() {
             learning::unlearn_friction(&mut state.body, &self.learning);
@@ -377,8 +377,12 @@ impl Tuning {
 
     /// A noisier position is judged more coarsely.
     #[inline]
-    fn caution(&self, noise: Micrometres) -> Caution {
-        Caution(limit(self.caution_of.of(noise).to_bits(), self.least_caution, const { bits(MOST_CAUTION, 24) }))
+    fn threshold_scale(&self, noise: Micrometres) -> ThresholdScale {
+        ThresholdScale(limit(
+            self.scale_of.of(noise).to_bits(),
+            self.least_scale,
+            const { bits(MOST_THRESHOLD_SCALE, 24) },
+        ))
     }
 }
 

@@ -5,7 +5,7 @@ use super::constants::{REST_S, STICK_CREEP, STICK_FORCE, STICK_MOST, STICK_SPEED
 use super::factor::Factor;
 use super::hold::Means;
 use super::rig::Rig;
-use super::{Acceleration, Caution, Jerk, Tick};
+use super::{Acceleration, Jerk, ThresholdScale, Tick};
 use crate::arithmetic::{fixed, limit, saturate};
 use crate::quantities::{Position, Velocity};
 
@@ -27,8 +27,8 @@ impl StickGains {
 
     /// Whether the piston stands, by its mean velocity.
     #[inline]
-    pub(crate) fn sticks(&self, mean: &Means, caution: Caution) -> bool {
-        mean.v.saturating_abs() <= caution.of(self.speed)
+    pub(crate) fn sticks(&self, mean: &Means, scale: ThresholdScale) -> bool {
+        mean.v.saturating_abs() <= scale.of(self.speed)
     }
 }
 
@@ -70,9 +70,9 @@ impl Stick {
         mean: &Means,
         force: Acceleration,
         (stick, lead, tick): (&StickGains, &LeadGains, &Tick),
-        caution: Caution,
+        scale: ThresholdScale,
     ) -> Option<Jerk> {
-        if !resting || !stick.sticks(mean, caution) {
+        if !resting || !stick.sticks(mean, scale) {
             *self = Self::default();
             return None;
         }
@@ -82,7 +82,7 @@ impl Stick {
             return None;
         }
         // Below half its limit the mean velocity is mostly noise and would keep the valve awake.
-        let noise = Velocity::from_bits(caution.of(stick.speed).to_bits() / 2);
+        let noise = Velocity::from_bits(scale.of(stick.speed).to_bits() / 2);
         let creep = mean.v.saturating_sub(limit(mean.v, -noise, noise));
         let rate = lead.error.wide(mean.error).saturating_sub(lead.creep.wide(creep));
         let rate = Jerk::from_bits(saturate(rate));

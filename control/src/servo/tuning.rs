@@ -65,14 +65,14 @@ pub struct Tuning {
     pub(super) lead: Factor<Acceleration, Velocity>,
     /// Of a piston that slips as it breaks away: from the error's distance to its mean to the velocity.
     pub(super) slipping: Option<Factor<Position, Velocity>>,
-    /// The least caution.
-    pub(super) least_caution: i32,
+    /// The least scale of thresholds.
+    pub(super) least_scale: i32,
     /// From an innovation of the position to the noise it shows.
     pub(super) noise_of: Factor<Position, Micrometres>,
     /// How fast that is learned, per tick.
     pub(super) noise_follow: Share<Micrometres, Micrometres>,
-    /// From the noise to the caution, 24 fractional bits.
-    pub(super) caution_of: Factor<Micrometres, I8F24>,
+    /// From the noise to that scale, 24 fractional bits.
+    pub(super) scale_of: Factor<Micrometres, I8F24>,
 }
 
 impl Tuning {
@@ -123,8 +123,8 @@ impl Tuning {
             equalise: Factor::new(EQUALISE * rig.w),
             noise_of: Factor::new(1e6 * DEVIATION),
             noise_follow: Share::new(NOISE_RATE * rig.t),
-            caution_of: Factor::new(1.0 / QUIET_UM),
-            least_caution: bits(if rig.slips { SLIPPING } else { 1.0 }, 24),
+            scale_of: Factor::new(1.0 / QUIET_UM),
+            least_scale: bits(if rig.slips { SLIPPING } else { 1.0 }, 24),
         })
     }
 

@@ -1,7 +1,7 @@
 //! What the law asks for: feedback, friction of a target that turns round, the controlled stop.
 
 use super::*;
-use crate::servo::friction::FrictionAhead;
+use crate::servo::friction::Feedforward;
 
 #[test]
 fn less_bandwidth_takes_its_cube_of_the_position_its_square_of_the_velocity_and_itself_of_the_acceleration() {
@@ -26,14 +26,14 @@ fn where_a_target_turns_round_the_force_has_set_out_by_half_its_way_at_full_flow
     let (gains, coulomb) = (&tuning.friction, tuning.learning.coulomb);
     let (f_c, w) = (value(coulomb), std::f64::consts::PI);
     let full = 150.0;
-    let mut ahead = FrictionAhead::at(coulomb);
+    let mut feedforward = Feedforward::at(coulomb);
     let mut turned = None;
     for tick in 0..1000 {
         // A sine of 50 mm and 0.5 Hz turns after half a second.
         let t = f64::from(tick) * 1e-3;
         let (v, a) = (0.05 * w * (w * t).cos(), -0.05 * w * w * (w * t).sin());
         let aim = Motion { v: Velocity::from_num(v), a: Acceleration::from_num(a), ..Motion::default() };
-        let rate = ahead.rate(&aim, (coulomb, coulomb), Jerk::from_num(full), tuning.lag, (gains, &tuning.tick));
+        let rate = feedforward.rate(&aim, (coulomb, coulomb), Jerk::from_num(full), tuning.lag, (gains, &tuning.tick));
         if turned.is_none() && rate < 0 {
             turned = Some(t);
         }
@@ -45,7 +45,7 @@ fn where_a_target_turns_round_the_force_has_set_out_by_half_its_way_at_full_flow
     let expected = f_c / full + value(tuning.lag) * 1e-3 + 1.5e-3;
     assert!((lead - expected).abs() < 1.5e-3, "{lead} s instead of {expected}");
     // From one end to the other, and by the gain of half over the dead zone what is missing.
-    let rate = ahead.rate(
+    let rate = feedforward.rate(
         &Motion { v: Velocity::from_num(-0.1), ..Motion::default() },
         (coulomb, coulomb),
         Jerk::from_num(full),

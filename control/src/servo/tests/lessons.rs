@@ -10,19 +10,19 @@ fn what_friction_cannot_be_is_load_and_moves_both_ways_tell_the_load_from_fricti
     let tuning = tuning();
     let (_, start, ..) = tuning.start.parts();
     let (mut body, mut estimate) = (start, Estimate::default());
-    let (load, excess) = (-5.0, 0.3);
+    let (load, more) = (-5.0, 0.3);
     for tick in 0..20_000_u32 {
         // The disturbance that a rig with this load and this much more friction than compensated shows.
         let side = if tick / 200 % 2 == 0 { 1.0 } else { -1.0 };
         estimate.v = Velocity::from_num(0.1 * side);
         let missing =
-            value(start.coulomb) + excess - value(body.coulomb) - 0.1 * (value(body.viscous) - value(start.viscous));
+            value(start.coulomb) + more - value(body.coulomb) - 0.1 * (value(body.viscous) - value(start.viscous));
         estimate.disturbance = Acceleration::from_num(load - missing * side);
         learning::learn_body(&mut body, &mut estimate, false, &tuning.learning);
     }
     assert!((value(estimate.load) - load).abs() < 0.1, "{estimate:?}");
     let friction = |body: &Body| value(body.coulomb) + 0.1 * value(body.viscous);
-    assert!((friction(&body) - friction(&start) - excess).abs() < 0.05, "{body:?}");
+    assert!((friction(&body) - friction(&start) - more).abs() < 0.05, "{body:?}");
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn friction_is_unlearned_each_time_that_the_target_is_passed_again_and_never_twi
         let now = Means { error: metres(side * 3e-4), v: Velocity::from_num(0.01), force: Acceleration::ZERO };
         for _ in 0..30 {
             let forces = (Acceleration::ZERO, state.body.coulomb);
-            state.hold.decide(Position::ZERO, resting, now, forces, (&tuning.hold, Caution(1 << 24)));
+            state.hold.decide(Position::ZERO, resting, now, forces, (&tuning.hold, ThresholdScale(1 << 24)));
             tuning.learn(&mut state);
             // A loop that has left its run goes on concluding its ticks.
             tuning.learn(&mut state);

@@ -6,41 +6,41 @@ use crate::servo::hold::Means;
 #[test]
 fn hold_begins_after_a_rest_is_left_by_a_new_target_and_lets_force_drift_only_inwards() {
     let tuning = tuning();
-    let (limits, caution, coulomb) = (&tuning.hold, Caution(1 << 24), tuning.learning.coulomb);
+    let (limits, scale, coulomb) = (&tuning.hold, ThresholdScale(1 << 24), tuning.learning.coulomb);
     let force = Acceleration::from_num(1);
     let now = Means { error: metres(5e-6), v: Velocity::ZERO, force };
     let mut hold = Hold::default();
     let mut ticks = 0;
-    while !hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, caution)) {
+    while !hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, scale)) {
         ticks += 1;
         assert!(ticks < 100, "{hold:?}");
     }
     assert!(ticks >= 9, "after {ticks} ticks");
     for _ in 0..limits.settle_ticks {
-        hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, caution));
+        hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, scale));
     }
     let far = Means { force: force + Acceleration::from_num(1), ..now };
     for _ in 0..200 {
-        hold.decide(Position::ZERO, true, far, (Acceleration::ZERO, coulomb), (limits, caution));
+        hold.decide(Position::ZERO, true, far, (Acceleration::ZERO, coulomb), (limits, scale));
     }
     assert!(hold.restoring_rate(limits) < 0, "the force drifts away from the middle of the friction band: {hold:?}");
     let near = Means { force: Acceleration::from_num(0.1), ..now };
     for _ in 0..200 {
-        hold.decide(Position::ZERO, true, near, (Acceleration::ZERO, coulomb), (limits, caution));
+        hold.decide(Position::ZERO, true, near, (Acceleration::ZERO, coulomb), (limits, scale));
     }
     assert_eq!(hold.restoring_rate(limits), 0, "the force drifts towards it: {hold:?}");
-    assert!(!hold.decide(metres(1e-3), true, now, (Acceleration::ZERO, coulomb), (limits, caution)));
+    assert!(!hold.decide(metres(1e-3), true, now, (Acceleration::ZERO, coulomb), (limits, scale)));
 }
 
 #[test]
 fn a_piston_at_its_coulomb_friction_is_not_held() {
     let tuning = tuning();
-    let (limits, caution, coulomb) = (&tuning.hold, Caution(1 << 24), tuning.learning.coulomb);
+    let (limits, scale, coulomb) = (&tuning.hold, ThresholdScale(1 << 24), tuning.learning.coulomb);
     let held_at = |force: f64, coulomb: Acceleration| {
         let now = Means { error: metres(5e-6), v: Velocity::ZERO, force: Acceleration::from_num(force) };
         let (mut hold, load) = (Hold::default(), Acceleration::from_num(0.3));
         // At rest after a hundred ticks, in which the means follow.
-        (0..200).any(|tick| hold.decide(Position::ZERO, tick > 100, now, (load, coulomb), (limits, caution)))
+        (0..200).any(|tick| hold.decide(Position::ZERO, tick > 100, now, (load, coulomb), (limits, scale)))
     };
     let friction = value(coulomb);
     for (force, held) in [(0.85, true), (0.95, false), (1.2, false)] {
@@ -53,12 +53,12 @@ fn a_piston_at_its_coulomb_friction_is_not_held() {
 #[test]
 fn a_held_valve_stays_silent_while_the_force_comes_to_rest_and_whatever_its_noise_feigns() {
     let tuning = tuning();
-    let (limits, caution, coulomb) = (&tuning.hold, Caution(1 << 24), tuning.learning.coulomb);
+    let (limits, scale, coulomb) = (&tuning.hold, ThresholdScale(1 << 24), tuning.learning.coulomb);
     let mut hold = Hold::default();
     let mut tick = |force: f64| {
         let now = Means { error: metres(5e-6), v: Velocity::ZERO, force: Acceleration::from_num(force) };
         hold.learn_noise(Acceleration::from_num(force - 1.0), limits);
-        let held = hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, caution));
+        let held = hold.decide(Position::ZERO, true, now, (Acceleration::ZERO, coulomb), (limits, scale));
         if held { hold.restoring_rate(limits) } else { Jerk::ZERO }
     };
     // The valve is still closing when hold begins: the force goes on by more than it may drift.
@@ -79,15 +79,14 @@ fn a_held_valve_stays_silent_while_the_force_comes_to_rest_and_whatever_its_nois
 #[test]
 fn the_force_is_led_towards_the_target_only_while_the_piston_sticks() {
     let tuning = tuning();
-    let caution = Caution(1 << 24);
+    let scale = ThresholdScale(1 << 24);
     let gains = (&tuning.stick, &tuning.law.lead, &tuning.tick);
     let mut stick = Stick::default();
     let mean = Means { error: metres(100e-6), ..Means::default() };
-    let rates: Vec<Option<Jerk>> =
-        (0..30).map(|_| stick.rate(true, &mean, Acceleration::ZERO, gains, caution)).collect();
+    let rates: Vec<Option<Jerk>> = (0..30).map(|_| stick.rate(true, &mean, Acceleration::ZERO, gains, scale)).collect();
     assert!(rates[..9].iter().all(Option::is_none) && rates[29].is_some_and(|rate| rate > 0), "{rates:?}");
     let moving = Means { v: Velocity::from_num(0.01), ..mean };
-    assert_eq!(stick.rate(true, &moving, Acceleration::ZERO, gains, caution), None);
+    assert_eq!(stick.rate(true, &moving, Acceleration::ZERO, gains, scale), None);
     assert_eq!(stick, Stick::default());
 }
 
@@ -107,7 +106,7 @@ fn a_blocked_piston_is_told_by_its_force_and_pushed_on_slowly_until_it_moves() {
         assert!(stall.rate(metres(0.02), force(5.0 * friction), limits).is_none(), "after {n} ms");
         stall.see(metres(0.0101), force(5.0 * friction), limits);
     }
-    // The excess is let out again, and then the force grows by a fifth of what the supply gives in a second.
+    // What is too much is let out again, and then the force grows by a fifth of what the supply gives in a second.
     let first = value(stall.rate(metres(0.02), force(5.0 * friction), limits).expect("blocked"));
     assert!(first < 0.0, "{first} m/s3");
     for _ in 0..999 {
