@@ -1,6 +1,6 @@
 //! Parameters → the fixed-point numbers of the tick, checked and with every division done beforehand.
 //!
-//! This runs outside the tick, on the desktop and on the board; it is the only part of the crate that uses floats.
+//! This runs outside the tick, on the desktop and on the board; the tick uses no floats.
 
 use crate::arithmetic::{bits, fixed, scaled};
 use crate::config_error::{ConfigError, demand};

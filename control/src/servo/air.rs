@@ -25,7 +25,7 @@ pub(crate) struct Areas {
 }
 
 impl Areas {
-    /// Those of the parameters; of one alone for both sides.
+    /// As the parameters have them; the one of chamber A for both sides where chamber B has none of its own.
     ///
     /// # Errors
     /// Areas that make more force of the highest pressure than its format holds, or differ by more than the format of their ratio holds.
