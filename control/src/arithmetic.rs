@@ -1,4 +1,5 @@
-//! What the tick needs beyond `fixed`'s own operations: limits without a panic, products that round to nearest and saturate.
+//! What the tick needs beyond `fixed`'s own operations: limits without a panic, products that round to nearest and saturate; and how
+//! its constants come from floats.
 //!
 //! `fixed`'s `*` wraps silently in release builds and truncates; its `saturating_mul` costs 28 instructions on a
 //! Cortex-M4. A 32 × 32 → 64 bit product with a shift and a clamp costs about ten.
@@ -29,10 +30,21 @@ pub(crate) const fn multiply(a: i32, b: i32, shift: u32) -> i32 {
     saturate((a as i64 * b as i64 + (1 << (shift - 1))) >> shift)
 }
 
-/// A positive value with so many fractional bits; a float's conversion saturates.
-#[inline]
+/// `value · 2^fraction`, rounded to nearest; a float's conversion saturates.
+pub(crate) const fn scaled(value: f64, fraction: u32) -> i64 {
+    let scaled = value * (1_u64 << fraction) as f64;
+    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i64
+}
+
+/// The same in 32 bits. Once for all formats: flash is small, and outside of constants this runs only at start.
+#[inline(never)]
 pub(crate) const fn bits(value: f64, fraction: u32) -> i32 {
-    (value * (1_u32 << fraction) as f64 + 0.5) as i32
+    saturate(scaled(value, fraction))
+}
+
+/// A value in SI units in its format, rounded to nearest and saturated.
+pub(crate) fn fixed<T: Fixed<Bits = i32>>(value: f64) -> T {
+    T::from_bits(bits(value, T::FRAC_NBITS))
 }
 
 /// A product whose shift follows from the formats, rounded to nearest, saturated. `fixed`'s own wide product with a
@@ -50,6 +62,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantities::Voltage;
 
     #[test]
     fn what_does_not_fit_into_32_bits_is_clamped() {
@@ -61,6 +74,13 @@ mod tests {
                 assert_eq!(i64::from(saturate(value)), clamped, "{value}");
             }
         }
+    }
+
+    #[test]
+    fn floats_are_rounded_to_nearest_and_saturate() {
+        assert_eq!([1.49, 1.5, -1.49, -1.5].map(|value| bits(value, 0)), [1, 2, -1, -2]);
+        assert_eq!([0.25, -0.25].map(fixed::<Voltage>), [Voltage::lit("0.25"), Voltage::lit("-0.25")]);
+        assert_eq!([1e300, -1e300, f64::NAN].map(fixed::<Voltage>), [Voltage::MAX, Voltage::MIN, Voltage::ZERO]);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! `quantity = offset + gain · reading`, where `reading = low + code / highest code · (high − low)`. Both ends are moved
 //! beforehand, so that the tick knows nothing of it.
 
-use crate::config::ConfigError;
+use crate::config_error::ConfigError;
 use crate::parameters::{Key, Parameters};
 use parameter_table::Must;
 

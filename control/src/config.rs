@@ -1,7 +1,9 @@
 //! Parameters → the fixed-point numbers of the tick, checked and with every division done beforehand.
 //!
-//! This runs outside the tick, on the desktop and on the board; it is the only part of the crate that uses floats.
+//! This runs outside the tick, on the desktop and on the board; the tick uses no floats.
 
+use crate::arithmetic::{bits, fixed, scaled};
+use crate::config_error::{ConfigError, demand};
 use crate::dead_zone_inverse::DeadZoneInverse;
 use crate::frozen::{FreezeLimits, LEAST_CODES, OBSTACLE_PA};
 use crate::law::Law;
@@ -12,8 +14,7 @@ use crate::scales::{AdcScale, DacScale, EXTRA_BITS};
 use crate::servo::learned::{Learned, Quantities, Quantity};
 use crate::servo::{ServoState, Tuning};
 use crate::setpoint::{Motion, SetpointLimits, Smooth};
-use fixed::types::I16F16;
-use parameter_table::{Must, ParameterError};
+use parameter_table::{Limits, Must};
 
 /// What the tick needs, precomputed.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,51 +46,9 @@ pub struct Config {
     pub(crate) command_time_out_ticks: u32,
 }
 
-/// Which parameter is wrong, and what it must be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConfigError {
-    /// The parameter's key.
-    pub key: &'static str,
-    /// The value found.
-    pub value: f64,
-    /// What would be accepted, as the end of the sentence "must …".
-    pub must: Must,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} = {} must {}", self.key, self.value, self.must)
-    }
-}
-
-impl core::error::Error for ConfigError {}
-
-impl From<ParameterError> for ConfigError {
-    fn from(error: ParameterError) -> Self {
-        Self { key: error.key, value: error.value, must: error.must }
-    }
-}
-
-impl From<ConfigError> for ParameterError {
-    fn from(error: ConfigError) -> Self {
-        Self { key: error.key, value: error.value, must: error.must }
-    }
-}
-
-/// Says what `key` must be if a demand of another parameter is not met.
-pub(crate) fn demand(met: bool, key: Key, value: f64, must: &'static str) -> Result<(), ConfigError> {
-    if met { Ok(()) } else { Err(ConfigError { key: key.row().key, value, must: must.into() }) }
-}
-
 /// Whether a value lies in a range that was computed. In f32, so that a limit typed as the value is accepted.
 fn within(value: f32, low: f64, high: f64) -> bool {
     value >= low as f32 && value <= high as f32
-}
-
-/// `value · 2^bits`, rounded to nearest; the caller's range check keeps it inside the result's type.
-pub(crate) fn scaled(value: f64, bits: u32) -> i64 {
-    let scaled = value * (1_u64 << bits) as f64;
-    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i64
 }
 
 /// The smallest number of ticks not shorter than `time_s`.
@@ -162,7 +121,7 @@ impl Config {
             pressure_loss_trips: p.pressure_loss_trips || p.law == LawChoice::Paper,
             position_rail_is_fault: margin > 0.0,
             setpoint,
-            law: Law { gain: I16F16::from_bits(scaled(gain, 16) as i32) },
+            law: Law { gain: fixed(gain) },
             servo: match p.law {
                 LawChoice::Paper => None,
                 LawChoice::Servo => Some(Tuning::new(p, &inverse)?),
@@ -171,7 +130,7 @@ impl Config {
             dac,
             safe_voltage,
             stop_ticks,
-            supply_minimum: Pressure::from_bits(scaled(f64::from(p.supply_minimum_pa), Pressure::FRAC_NBITS) as i32),
+            supply_minimum: fixed(f64::from(p.supply_minimum_pa)),
             glitch_ticks,
             timing_limit: u16::from(p.timing_fault_ticks.max(1)) * GLITCH_WEIGHT,
             self_test_ticks: ticks(f64::from(p.self_test_time_s), tick_hz),
@@ -229,15 +188,15 @@ impl Config {
 fn channel(
     ends: [f64; 2],
     adc_max: u16,
-    bits: u32,
+    fraction: u32,
     believable: [f64; 2],
     [step, noise]: [f64; 2],
     [glitch_limit, stuck_ticks]: [u16; 2],
 ) -> ChannelLimits {
-    let quantity = |value: f64| scaled(value, bits).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+    let quantity = |value: f64| bits(value, fraction);
     let scale = AdcScale {
         lowest: quantity(ends[0]),
-        width: scaled((ends[1] - ends[0]) / f64::from(adc_max), bits + EXTRA_BITS),
+        width: scaled((ends[1] - ends[0]) / f64::from(adc_max), fraction + EXTRA_BITS),
         max_code: adc_max,
     };
     ChannelLimits {
@@ -290,21 +249,17 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
         (None, Some(velocity)) => Motion::Ramp { step_q56: scaled(velocity / tick_hz, 56) },
         (Some(a), velocity) => {
             let fastest = Key::setpoint_velocity_m_per_s.row().limits.high;
+            let key = Key::setpoint_acceleration_m_per_s2;
             let [low, high] = acceleration_range(p.tick_hz);
             let acceleration = f64::from(a);
-            demand(
-                within(a, low, high),
-                Key::setpoint_acceleration_m_per_s2,
-                acceleration,
-                "be from 3.8147e-6 tick_hz to 50 tick_hz (metres per second squared), or absent",
-            )?;
-            let velocity_step = scaled(acceleration / tick_hz, 24);
+            demand(within(a, low, high), key, acceleration, Must::FitNow(Limits { low, high, ..key.row().limits }))?;
+            let velocity_step: Velocity = fixed(acceleration / tick_hz);
             // What the rounded velocity step amounts to, less the rounding of the tick: the braking curve must never
             // promise more than the steps can do.
-            let braking = velocity_step as f64 / (1_u32 << 24) as f64 * tick_hz * (1.0 - 2.0e-6);
+            let braking = velocity_step.to_num::<f64>() * tick_hz * (1.0 - 2.0e-6);
             Motion::Smooth(Smooth {
-                max_velocity: Velocity::from_bits(scaled(velocity.unwrap_or(fastest), 24) as i32),
-                velocity_step: Velocity::from_bits(velocity_step as i32),
+                max_velocity: fixed(velocity.unwrap_or(fastest)),
+                velocity_step,
                 two_acceleration_q16: (2.0 * braking * 65_536.0) as u32,
                 landing_q56: scaled(braking / (tick_hz * tick_hz), 56),
                 tick_q32: scaled(1.0 / tick_hz, 32) as u32,
@@ -312,8 +267,7 @@ fn setpoint(p: &Parameters, sensor: [f64; 2], tick_hz: f64) -> Result<SetpointLi
             })
         }
     };
-    let position = |value: f64| Position::from_bits(scaled(value, Position::FRAC_NBITS) as i32);
-    Ok(SetpointLimits { low: position(low), high: position(high), motion })
+    Ok(SetpointLimits { low: fixed(low), high: fixed(high), motion })
 }
 
 fn output(
@@ -322,8 +276,6 @@ fn output(
     gain: f64,
     position_code: f64,
 ) -> Result<(DeadZoneInverse, DacScale, Voltage), ConfigError> {
-    let volts = |value: f64| Voltage::from_bits(scaled(value, Voltage::FRAC_NBITS) as i32);
-    let q16 = |value: f64| I16F16::from_bits(scaled(value, 16) as i32);
     let [lo, hi] = p.valve_range_v.map(f64::from);
     let max_voltage = f64::from(p.max_voltage_v);
     let (lowest, highest) = (lo.max(-max_voltage), hi.min(max_voltage));
@@ -371,22 +323,22 @@ fn output(
     )?;
     let safe = p.safe_voltage_v.map_or(Ok(centre), |voltage| inside(Key::safe_voltage_v, voltage))?;
     let inverse = DeadZoneInverse {
-        right: volts(right),
-        left: volts(left),
-        centre: volts(centre),
-        blend: volts(blend),
-        per_slope_right: q16(1.0 / slope_right),
-        per_slope_left: q16(1.0 / slope_left),
-        blend_slope_right: q16(rise_right),
-        blend_slope_left: q16(rise_left),
-        lowest: volts(lowest),
-        highest: volts(highest),
+        right: fixed(right),
+        left: fixed(left),
+        centre: fixed(centre),
+        blend: fixed(blend),
+        per_slope_right: fixed(1.0 / slope_right),
+        per_slope_left: fixed(1.0 / slope_left),
+        blend_slope_right: fixed(rise_right),
+        blend_slope_left: fixed(rise_left),
+        lowest: fixed(lowest),
+        highest: fixed(highest),
     };
     let dac = DacScale {
-        lowest: volts(lo),
-        highest: volts(hi),
+        lowest: fixed(lo),
+        highest: fixed(hi),
         codes_per_volt_q16: scaled(f64::from(dac_max) / (hi - lo), 16) as u32,
         max_code: dac_max,
     };
-    Ok((inverse, dac, volts(safe)))
+    Ok((inverse, dac, fixed(safe)))
 }

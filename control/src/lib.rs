@@ -41,6 +41,7 @@ mod arithmetic;
 mod calibration;
 pub mod codes;
 pub mod config;
+mod config_error;
 pub mod dead_zone_inverse;
 mod frozen;
 pub mod law;
@@ -58,7 +59,8 @@ mod tick;
 pub mod twin;
 
 pub use codes::{AdcCode, DacCode};
-pub use config::{Config, ConfigError};
+pub use config::Config;
+pub use config_error::ConfigError;
 pub use modes::{Channel, Mode, OperatorCommand, Reason};
 pub use parameter_table::{End, Limits, Must, Row, Value};
 pub use parameters::{Key, LawChoice, Parameters, acceleration_range};

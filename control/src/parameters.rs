@@ -164,7 +164,7 @@ parameter_table! {
     /// there are hoses.
     servo_lead_s: f32 = 0.0, "s", 0.0 => 0.1;
     /// Positioning law: whether the piston slips as it breaks away, the static friction being far above the Coulomb friction. Hold
-    /// and stick then judge the velocity by the position alone, and 1.6 times as coarsely.
+    /// and stick then judge the velocity by the position alone, and more coarsely.
     servo_stick_slip: bool = false, "", 0 => 1;
     /// Positioning law: stiffness of the seal's bristles, as the law takes it, over the moving mass.
     servo_bristle_per_s2: f32 = 7.407407e4, "1/s2", 0.0 => 1.0e9;
@@ -183,8 +183,8 @@ parameter_table! {
     setpoint_range_m: Option<[f32; 2]> = None, "m", -3.9 => 3.9;
     /// Highest velocity of the reference; absent: a step passes as a step.
     setpoint_velocity_m_per_s: Option<f32> = None, "m/s", 1.0e-4 => 50.0;
-    // The tick rate narrows it: see `acceleration_range`.
-    /// Highest acceleration of the reference, between 3.8147e-6 and 50 times `tick_hz`; absent: not limited.
+    // Narrowed by `acceleration_range`.
+    /// Highest acceleration of the reference; absent: not limited. `tick_hz` narrows its range; a refusal says to what.
     setpoint_acceleration_m_per_s2: Option<f32> = None, "m/s2", 1.0e-3 => 30_000.0;
 
     /// Right break-point of the valve's dead zone that the inverse compensates.

@@ -15,7 +15,7 @@
 //! | 12 % | random two-level, each held `T/200` | 0.15 | everything fast, away from the sine |
 
 use crate::arithmetic::{multiply, saturate};
-use crate::config::ConfigError;
+use crate::config_error::ConfigError;
 use crate::parameters::Key;
 use crate::quantities::Position;
 use parameter_table::{Limits, Must, Value};

@@ -77,6 +77,11 @@ fn a_refusal_tells_unit_order_and_whether_the_parameter_may_be_left_out() {
             Parameters { setpoint_velocity_m_per_s: Some(0.0), ..good.clone() },
             "setpoint_velocity_m_per_s = 0 must be from 1e-4 to 50 m/s, or absent",
         ),
+        // The tick rate narrows what the table says.
+        (
+            Parameters { setpoint_acceleration_m_per_s2: Some(0.001953125), ..good.clone() },
+            "setpoint_acceleration_m_per_s2 = 0.001953125 must be from 0.0038146973 to 30000 m/s2, or absent",
+        ),
         (
             Parameters { valve_range_v: [5.0, -5.0], ..good },
             "valve_range_v = -5 must be two values from -100 to 100 V, the first at least 1 V below the second",

@@ -82,6 +82,8 @@ impl Row {
 pub enum Must {
     /// Values inside the limits.
     Fit(&'static Limits),
+    /// Values inside limits that other parameters narrow.
+    FitNow(Limits),
     /// Something that involves other parameters.
     Be(&'static str),
 }
@@ -103,22 +105,20 @@ impl fmt::Display for Limits {
 
 impl fmt::Display for Must {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Be(text) => f.write_str(text),
-            Self::Fit(limits) if limits.pair => {
-                write!(f, "be two values from {limits}, the first ")?;
-                if limits.apart > 0.0 {
-                    write!(f, "at least {} {} below the second", Short(limits.apart), limits.unit)?;
-                } else {
-                    f.write_str("not above the second")?;
-                }
-                f.write_str(if limits.optional { ", or absent" } else { "" })
-            }
-            Self::Fit(limits) => {
-                write!(f, "be from {limits}")?;
-                f.write_str(if limits.optional { ", or absent" } else { "" })
-            }
+        let limits = match self {
+            Self::Be(text) => return f.write_str(text),
+            Self::Fit(limits) => limits,
+            Self::FitNow(limits) => limits,
+        };
+        if !limits.pair {
+            write!(f, "be from {limits}")?;
+        } else if limits.apart > 0.0 {
+            let distance = Short(limits.apart);
+            write!(f, "be two values from {limits}, the first at least {distance} {} below the second", limits.unit)?;
+        } else {
+            write!(f, "be two values from {limits}, the first not above the second")?;
         }
+        f.write_str(if limits.optional { ", or absent" } else { "" })
     }
 }
 

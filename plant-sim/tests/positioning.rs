@@ -4,8 +4,12 @@ use control::{ControllerState, Quantity};
 use firmware_core::{ControlLoop, Setup};
 use plant_model::{Effect, Effects, Rig};
 use plant_sim::servo::bench::{Bench, Driver, Sent, sine, step};
-use plant_sim::servo::trials::{Wave, loaded_moves, obstructed, pushed, stream, with_friction};
 use plant_sim::servo::{Servo, Tuning};
+use trials::{Wave, loaded_moves, obstructed, pushed, stream, with_friction};
+
+#[allow(dead_code, reason = "the tables of the example know more waves")]
+#[path = "../examples/positioning/trials.rs"]
+mod trials;
 
 /// Cases, the time in which each must have settled after 45 mm, and the amplitude of its sine.
 fn cases() -> [(&'static str, Rig<f64>, f64, f64); 3] {

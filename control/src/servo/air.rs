@@ -8,11 +8,55 @@
 //! each with the area of its chamber. `up ⊳ down` is the difference in the paper's flow law, and by ISO 6358
 //! `up ψ(down / up) = sqrt(up² − x²)` with `x = (down − b up) / (1 − b)`, which counts only where it is positive: one root, no quotient.
 
-use super::constants::{LEAST_DRIVE, LEAST_LENGTH};
+use super::constants::{LEAST_DRIVE, LEAST_LENGTH, PRESSURE_RATE};
 use super::factor::{Factor, Share, quotient, root_of_product};
+use super::rig::Rig;
 use super::{Acceleration, Jerk, Ratio, Stiffness};
-use crate::arithmetic::{bits, limit, multiply, product, saturate};
+use crate::arithmetic::{bits, fixed, limit, multiply, product, saturate};
+use crate::config_error::{ConfigError, demand};
+use crate::parameters::{Key, Parameters};
 use crate::quantities::{Position, Pressure, Velocity};
+
+/// Areas of the piston on the sides of chambers A and B over the moving mass, m2/kg.
+#[derive(Clone, Copy)]
+pub(crate) struct Areas {
+    pub(crate) per_mass: [f64; 2],
+    ratio: f64,
+}
+
+impl Areas {
+    /// As the parameters have them; the one of chamber A for both sides where chamber B has none of its own.
+    ///
+    /// # Errors
+    /// Areas that make more force of the highest pressure than its format holds, or differ by more than the format of their ratio holds.
+    pub(crate) fn of(p: &Parameters) -> Result<Self, ConfigError> {
+        let per_mass =
+            [p.servo_area_m2_per_kg, p.servo_area_b_m2_per_kg.unwrap_or(p.servo_area_m2_per_kg)].map(f64::from);
+        let [_, pressures @ ..] = p.calibrated_ranges();
+        let highest = pressures.iter().flatten().fold(f64::from(p.servo_supply_pa), |most, end| most.max(*end));
+        for (per_mass, key) in per_mass.into_iter().zip([Key::servo_area_m2_per_kg, Key::servo_area_b_m2_per_kg]) {
+            demand(
+                per_mass * highest <= 30_000.0,
+                key,
+                per_mass,
+                "not turn the highest pressure into more than 30000 m/s2",
+            )?;
+        }
+        let ratio = per_mass[1] / per_mass[0];
+        demand(
+            (0.125..=7.9).contains(&ratio),
+            Key::servo_area_b_m2_per_kg,
+            per_mass[1],
+            "be from an eighth to 7.9 times servo_area_m2_per_kg",
+        )?;
+        Ok(Self { per_mass, ratio })
+    }
+
+    /// Force of a pressure in Pa on one side.
+    pub(crate) fn force(&self, side: usize, pressure: f32) -> Acceleration {
+        fixed(self.per_mass[side] * f64::from(pressure))
+    }
+}
 
 /// Constants of the chambers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +93,23 @@ pub(crate) struct Critical {
 }
 
 impl Critical {
+    /// Of filling and exhausting, or none.
+    fn both(p: &Parameters) -> Result<Option<[Self; 2]>, ConfigError> {
+        let of = |b: f32| {
+            let b = f64::from(b);
+            Self { down: Factor::new(1.0 / (1.0 - b)), up: Factor::new(b / (1.0 - b)) }
+        };
+        match (p.servo_fill_critical_ratio, p.servo_exhaust_critical_ratio) {
+            (None, None) => Ok(None),
+            (Some(fill), Some(exhaust)) => Ok(Some([of(fill), of(exhaust)])),
+            (fill, _) => {
+                let key =
+                    if fill.is_some() { Key::servo_exhaust_critical_ratio } else { Key::servo_fill_critical_ratio };
+                demand(false, key, 0.0, "be given, as that of the other path is").map(|()| None)
+            }
+        }
+    }
+
     /// What drives the flow from one pressure to a lower one.
     #[inline]
     fn drive(&self, up: Acceleration, down: Acceleration) -> Acceleration {
@@ -74,6 +135,33 @@ pub(crate) struct Air {
 }
 
 impl Chambers {
+    /// With the numbers of chamber A where chamber B has none of its own.
+    ///
+    /// # Errors
+    /// A critical ratio of one path alone.
+    pub(crate) fn new(p: &Parameters, rig: &Rig, areas: &Areas) -> Result<Self, ConfigError> {
+        let gamma = f64::from(p.servo_heat_capacity_ratio);
+        Ok(Self {
+            per_pa: areas.per_mass.map(Factor::new),
+            ratio: fixed(areas.ratio),
+            follow: Share::new((rig.t * PRESSURE_RATE).min(1.0)),
+            lengths: [p.servo_length_a_m, p.servo_length_b_m].map(|length| fixed(f64::from(length))),
+            flow: [
+                [p.servo_fill_m_per_s, p.servo_exhaust_m_per_s],
+                [
+                    p.servo_fill_b_m_per_s.unwrap_or(p.servo_fill_m_per_s),
+                    p.servo_exhaust_b_m_per_s.unwrap_or(p.servo_exhaust_m_per_s),
+                ],
+            ]
+            .map(|paths| paths.map(|c| fixed(gamma * f64::from(c)))),
+            critical: Critical::both(p)?,
+            gamma_q24: bits(gamma, 24),
+            atmosphere: [0, 1].map(|side| areas.force(side, p.servo_atmosphere_pa)),
+            nominal_supply: areas.force(0, p.servo_supply_pa),
+            rest: [areas.force(0, p.servo_rest_pa), areas.force(1, p.servo_rest_b_pa.unwrap_or(p.servo_rest_pa))],
+        })
+    }
+
     /// Force of both chambers at rest, where neither is measured.
     #[inline]
     pub(crate) fn rest_force(&self) -> Acceleration {

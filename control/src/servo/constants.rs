@@ -30,7 +30,7 @@ pub const PEAK_HELD_S: f64 = 1.0;
 // The reference.
 
 /// Reference: part of the jerk limit that the plan has but on the way to a new standing target: where the target moves, and once the
-/// reference has arrived. With all of it a reference that a weak valve's excess pushes off its aim goes on around it.
+/// reference has arrived. With all of it a reference that a saturated valve pushes off its aim goes on around it.
 pub const CALM_JERK: f64 = 0.85;
 /// Reference: jerk that brings the motion back to its plan towards a standing target, over the plan's own.
 pub const RESERVE: f64 = 1.2;
@@ -56,7 +56,7 @@ pub const ERROR_M: f64 = 0.5e-3;
 pub const TICK_DELAY: f64 = 1.5;
 /// Hoses: most ticks of the command's delay; the ring that holds the commands has a power of two of places.
 pub const MOST_HOSE_DELAY_TICKS: usize = 31;
-/// Gain times dead time of the loop that brings the force to the friction ahead: a phase margin of 61 degrees.
+/// Gain times dead time of the loop that brings the force to the friction fed forward: a phase margin of 61 degrees.
 pub const GAIN_DELAY: f64 = 0.5;
 /// Angle below which the dead zone is crossed on a straight line, rad: two codes of a DAC of 12 bits. A tenth, half, twice and ten
 /// times of it do as well.
@@ -121,14 +121,14 @@ pub const SLIDING: f64 = 0.020;
 /// How fast the noise of the position is learned, 1/s. Three times the noise, half of it: 58 instead of 76 % of (c)'s draws within 0.6 s, 30
 /// instead of 2 of 300 moves end with a valve that moves; twice: 78 %, none.
 pub const NOISE_RATE: f64 = 3.0;
-/// Noise of a position code up to which hold and stick judge without caution, um. Three times the noise, half of it: the piston rests up to
+/// Noise of a position code up to which the thresholds of hold and stick are not scaled, um. Three times the noise, half of it: the piston rests up to
 /// 0.10 instead of 0.05 mm off; twice: it rests in none of 100 moves of 1 mm on (c).
 pub const QUIET_UM: f64 = 30.0;
 /// By how much more coarsely hold and stick judge where the piston slips as it breaks away. On the four catalogue rigs some
 /// moves never end with 1.4, and rest up to 0.13 mm off with 1.8.
 pub const SLIPPING: f64 = 1.6;
 /// By how much more coarsely hold and stick judge a noisy position, at most.
-pub const MOST_CAUTION: f64 = 4.0;
+pub const MOST_THRESHOLD_SCALE: f64 = 4.0;
 /// From the mean size of a normal deviate to its standard deviation, `sqrt(π / 2)`.
 pub const DEVIATION: f64 = 1.25;
 

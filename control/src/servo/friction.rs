@@ -1,10 +1,11 @@
-//! Friction along the reference: where a streamed target turns round, the piston sticks until the force of the chambers has
+//! Feedforward of friction: where a streamed target turns round, the piston sticks until the force of the chambers has
 //! travelled from one end of the Coulomb friction to the other. The valve takes tens of milliseconds for that, in which the
 //! target moves on. When it turns is known, so the force sets out before.
 
 use super::constants::{GAIN_DELAY, TICK_DELAY};
 use super::factor::{Factor, quotient};
 use super::reference::Motion;
+use super::rig::Rig;
 use super::{Acceleration, Jerk, Ratio, Tick, Ticks};
 use crate::arithmetic::{bits, limit, product};
 use crate::quantities::Velocity;
@@ -14,7 +15,7 @@ const GAIN: Ticks = Ticks::from_bits(bits(GAIN_DELAY, Ticks::FRAC_NBITS));
 /// [`TICK_DELAY`] in their format.
 const TICK: Ticks = Ticks::from_bits(bits(TICK_DELAY, Ticks::FRAC_NBITS));
 
-/// Constants of the friction ahead.
+/// Constants of the feedforward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrictionGains {
     /// `T σ_0 / M`: from velocity to the change of the bristles' force in a tick.
@@ -26,23 +27,22 @@ pub(crate) struct FrictionGains {
 }
 
 impl FrictionGains {
-    /// For a tick rate of `hz` in 1/s, bristles of `bristle` in 1/s2 (`σ_0 / M`) and hoses that delay by whole ticks.
-    pub(crate) fn new(hz: f64, bristle: f64, delay_ticks: u8) -> Self {
+    pub(crate) fn new(rig: &Rig) -> Self {
         Self {
-            bristle: Factor::new(bristle / hz),
-            per_tick: Factor::new(hz),
-            delay: TICK + Ticks::from_num(delay_ticks),
+            bristle: Factor::new(rig.bristle / rig.hz),
+            per_tick: Factor::new(rig.hz),
+            delay: TICK + Ticks::from_num(rig.delay_ticks),
         }
     }
 }
 
 /// The friction that the target's motion meets when the force that is asked for now will act, per moving mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrictionAhead {
+pub struct Feedforward {
     force: Acceleration,
 }
 
-impl FrictionAhead {
+impl Feedforward {
     /// A piston that rests at this friction.
     #[inline]
     pub(crate) fn at(force: Acceleration) -> Self {

@@ -1,8 +1,11 @@
 //! Hold: a silent valve once the piston rests on its target.
 
+use super::constants::*;
 use super::cycle::Cycle;
 use super::factor::{Factor, Share};
-use super::{Acceleration, Caution, Jerk};
+use super::rig::Rig;
+use super::{Acceleration, Jerk, ThresholdScale};
+use crate::arithmetic::fixed;
 use crate::quantities::{Position, Velocity};
 
 /// Constants of hold.
@@ -49,6 +52,41 @@ pub(crate) struct HoldLimits {
     pub(crate) inwards: bool,
 }
 
+impl HoldLimits {
+    pub(crate) fn new(rig: &Rig) -> Self {
+        let Rig { t, observer_w: w_o, coulomb, .. } = *rig;
+        Self {
+            enter: fixed(HOLD_M[0]),
+            leave: fixed(HOLD_M[1]),
+            leave_slowly: [fixed(LEAVE[0] * HOLD_M[1]), fixed(LEAVE[1] * HOLD_M[1])],
+            leave_at_once: fixed(LEAVE[2] * HOLD_M[1]),
+            settle_ticks: rig.ticks(SETTLE_S),
+            coast_ticks: rig.ticks(COAST_S),
+            trial_ticks: rig.ticks(TRIAL_S),
+            force: fixed(MOVING * coulomb),
+            margin: fixed(HELD * coulomb),
+            // The disturbance's standard deviations: the observer makes `σ² 3 w_o⁵ T / 16` of a position's variance.
+            band: fixed(HELD_DEVIATIONS * w_o * w_o * root(3.0 / 16.0 * w_o * t) * 1e-6 * QUIET_UM),
+            target: fixed(DEAD_BAND_M),
+            speed: fixed(HOLD_SPEED),
+            ticks: rig.ticks(REST_S),
+            weights: Weights::new(rig),
+            drift: fixed(HOLD_DRIFT * coulomb),
+            pulse: fixed(HOLD_DRIFT * coulomb / PULSE_S),
+            noise_follow: Share::new((FORCE_NOISE_RATE * t).min(1.0)),
+            // A mean behind the observer's correction has the variance
+            // `T / (2 (1 / L + mean))` of one sample's, a difference of two twice that.
+            doubt: Factor::new(DEVIATION * DOUBT * root(t / (1.0 / rig.force_rate + FORCE_MEAN_S))),
+            inwards: rig.slips,
+        }
+    }
+}
+
+/// The square root of a number between 1e-4 and 1, by Heron's steps: without a library there is none.
+fn root(x: f64) -> f64 {
+    (0..12).fold(1.0, |root, _| 0.5 * (root + x / root))
+}
+
 /// The weight of a new value, for each quantity that is averaged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Weights {
@@ -60,6 +98,23 @@ pub(crate) struct Weights {
     pub(crate) v: Share<Velocity, Velocity>,
     /// Of the force.
     pub(crate) force: Share<Acceleration, Acceleration>,
+}
+
+impl Weights {
+    fn new(rig: &Rig) -> Self {
+        let weight = mean_weight(rig);
+        Self {
+            error: Share::new(weight),
+            slow: Share::new((rig.t / LONG_MEAN_S).min(1.0)),
+            v: Share::new(weight),
+            force: Share::new((rig.t / FORCE_MEAN_S).min(1.0)),
+        }
+    }
+}
+
+/// The weight of a new error and of a new velocity in their means.
+pub(crate) fn mean_weight(rig: &Rig) -> f64 {
+    (rig.t / if rig.slips { SLIPPING_MEAN_S } else { MEAN_S }).min(1.0)
 }
 
 /// Error, velocity and force, or their means over the last few ticks.
@@ -102,7 +157,7 @@ impl Hold {
         resting: bool,
         now: Means,
         (disturbance, coulomb): (Acceleration, Acceleration),
-        (limits, caution): (&HoldLimits, Caution),
+        (limits, scale): (&HoldLimits, ThresholdScale),
     ) -> bool {
         let (mean, weights) = (&mut self.mean, &limits.weights);
         mean.error = mean.error.saturating_add(weights.error.of(now.error.saturating_sub(mean.error)));
@@ -124,17 +179,14 @@ impl Hold {
             let may_move = self.ticks < limits.coast_ticks || change > self.beyond_noise(limits.force, limits);
             let [on_trial, later] = limits.leave_slowly;
             let slowly = if self.ticks < limits.trial_ticks { on_trial } else { later };
-            let off = (may_move && error > caution.of(limits.leave))
-                || self.slow.saturating_abs() > caution.of(slowly)
-                || error > caution.of(limits.leave_at_once);
+            let off = (may_move && error > scale.of(limits.leave))
+                || self.slow.saturating_abs() > scale.of(slowly)
+                || error > scale.of(limits.leave_at_once);
             if off || target.saturating_sub(self.target).saturating_abs() > limits.target {
                 self.on = false;
                 self.ticks = 0;
             }
-        } else if resting
-            && held
-            && error < caution.of(limits.enter)
-            && mean.v.saturating_abs() < caution.of(limits.speed)
+        } else if resting && held && error < scale.of(limits.enter) && mean.v.saturating_abs() < scale.of(limits.speed)
         {
             self.ticks = self.ticks.saturating_add(1);
             if self.ticks >= limits.ticks {
@@ -154,8 +206,8 @@ impl Hold {
         self.cycle.see(self.waits, self.mean.error, leave);
     }
 
-    /// Whether the piston has passed a standing target once more while the reference rested there: friction compensated in excess of what
-    /// there is does that. An overshoot is no cycle.
+    /// Whether the piston has passed a standing target once more while the reference rested there: overcompensated friction does that. An
+    /// overshoot is no cycle.
     #[inline]
     pub(crate) fn take_pass(&mut self) -> bool {
         self.cycle.take_pass(1)

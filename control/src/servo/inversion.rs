@@ -1,10 +1,12 @@
 //! Inversion of the valve: from the rate of force asked for to the command, through flow, opening and dead zone.
 
 use super::air::Air;
-use super::constants::FULL_FLOW;
+use super::constants::{BLEND, FULL_FLOW};
 use super::opening::Opening;
 use super::{Angle, Jerk, Ratio};
-use crate::arithmetic::{bits, limit, product};
+use crate::arithmetic::{bits, fixed, limit, product};
+use crate::dead_zone_inverse::DeadZoneInverse;
+use crate::parameters::Parameters;
 use crate::quantities::Voltage;
 use fixed::types::{I6F26, I16F16};
 
@@ -44,6 +46,11 @@ pub struct ValveModel {
 }
 
 impl ValveModel {
+    /// The valve as it is by its parameters.
+    pub(crate) fn nominal(valve: &Valve) -> Self {
+        Self { zones: valve.zones, gains: [Ratio::ONE; 2] }
+    }
+
     /// Force slope on the side that fills A, or that fills B.
     #[inline]
     pub(crate) fn slope(&self, fills_a: bool, air: &Air) -> Jerk {
@@ -63,6 +70,24 @@ impl ValveModel {
 }
 
 impl Valve {
+    /// The valve whose dead zone the paper's law compensates, too.
+    pub(crate) fn new(p: &Parameters, inverse: &DeadZoneInverse, opening: Opening) -> Self {
+        let DeadZoneInverse { right, left, centre, lowest, highest, .. } = *inverse;
+        let slopes = [p.slope_right, p.slope_left].map(f64::from);
+        let most = highest.saturating_sub(centre).min(centre.saturating_sub(lowest)).max(Voltage::ZERO);
+        Self {
+            centre,
+            slopes: slopes.map(fixed),
+            per_slopes: [inverse.per_slope_right, inverse.per_slope_left],
+            ends: [lowest, highest],
+            most,
+            blend: fixed(BLEND),
+            per_blend: fixed(1.0 / BLEND),
+            zones: [right.saturating_sub(centre), centre.saturating_sub(left)],
+            opening,
+        }
+    }
+
     /// Effective voltage of a spool position.
     #[inline]
     pub(crate) fn effective(&self, model: &ValveModel, spool: Voltage) -> Voltage {

@@ -2,7 +2,7 @@
 
 use super::air::Air;
 use super::factor::{Factor, PartOf, quotient};
-use super::friction::FrictionAhead;
+use super::friction::Feedforward;
 use super::hold::Means;
 use super::reference::Motion;
 use super::stick::{LeadGains, Stick};
@@ -20,6 +20,13 @@ pub(crate) struct LawGains {
     pub(crate) lead: LeadGains,
 }
 
+impl LawGains {
+    /// Of the bandwidth `w`, with so many times the law's rate of force while the piston sticks.
+    pub(crate) fn new(w: f64, stick: f64) -> Self {
+        Self { feedback: Feedback::new(w), lead: LeadGains::new(w, stick) }
+    }
+}
+
 /// From the errors of acceleration, velocity and position to a jerk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Feedback {
@@ -35,6 +42,10 @@ pub(crate) struct Feedback {
 pub(crate) type Parts = [PartOf; 3];
 
 impl Feedback {
+    fn new(w: f64) -> Self {
+        Self { a: Factor::new(3.0 * w), v: Factor::new(3.0 * w * w), y: Factor::new(w * w * w) }
+    }
+
     /// At a part of the bandwidth.
     pub(crate) fn at(&self, bandwidth: Ratio) -> Parts {
         let square: Ratio = product(bandwidth, bandwidth);
@@ -60,7 +71,7 @@ pub(super) fn angle_for(rate: Jerk, slope: Jerk, most: Angle) -> Angle {
 #[inline]
 pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position, air: &Air) -> [Voltage; 2] {
     let (valve, tick) = (&tuning.valve, &tuning.tick);
-    let caution = tuning.caution(state.noise);
+    let scale = tuning.threshold_scale(state.noise);
     let estimate = state.estimate;
     let was_holding = state.hold.on;
     let followed = state.stream.take(target, &tuning.stream, tick);
@@ -68,7 +79,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let standing = followed.motion.v == 0;
     let in_full = !standing && followed.used <= tuning.stream.followed_part;
     if !in_full {
-        state.friction_ahead = FrictionAhead::at(estimate.bristle);
+        state.feedforward = Feedforward::at(estimate.bristle);
     }
     let resting = state.motion.from(&Motion::at(target)).saturating_abs() < tuning.hold.target
         && state.motion.v.saturating_abs() < tuning.standing
@@ -81,10 +92,10 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     };
     let now = Means { error, v, force: estimate.force };
     let frictions = (estimate.disturbance, state.body.coulomb);
-    let holds = state.hold.decide(target, resting, now, frictions, (&tuning.hold, caution));
+    let holds = state.hold.decide(target, resting, now, frictions, (&tuning.hold, scale));
     state.stays = standing && target.saturating_sub(state.target).saturating_abs() <= tuning.hold.target;
     state.target = target;
-    state.approaches = standing && !holds && !tuning.stick.sticks(&state.hold.mean, caution);
+    state.approaches = standing && !holds && !tuning.stick.sticks(&state.hold.mean, scale);
     if holds {
         state.stick = Stick::default();
         let rate = state.hold.restoring_rate(&tuning.hold);
@@ -104,7 +115,7 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
         return valve.command(&state.valve, angle_for(rate, state.valve.slope(rate >= 0, air), most));
     }
     let stick = (&tuning.stick, &tuning.law.lead, tick);
-    if let Some(rate) = state.stick.rate(resting, &state.hold.mean, estimate.force, stick, caution) {
+    if let Some(rate) = state.stick.rate(resting, &state.hold.mean, estimate.force, stick, scale) {
         let theta = angle_for(rate, state.valve.slope(rate >= 0, air), most);
         state.motion = followed.motion;
         return valve.command(&state.valve, theta);
@@ -130,22 +141,22 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
     let mass = state.body.mass;
     let rate = product::<_, _, Jerk>(Jerk::from_bits(saturate(jerk)), mass).saturating_add(by_motion);
     let near = reference.position().saturating_sub(estimate.y).saturating_abs() < tuning.near;
-    // The friction of a target that is followed is known ahead.
+    // The friction of a target that is followed is known beforehand.
     let led = if in_full && near {
         let frictions = (estimate.bristle, state.body.coulomb);
         let full = product(state.valve.slope(followed.motion.a >= 0, air), most);
         let constants = (&tuning.friction, tick);
-        rate.saturating_add(state.friction_ahead.rate(&followed.motion, frictions, full, state.lag.ticks, constants))
+        rate.saturating_add(state.feedforward.rate(&followed.motion, frictions, full, state.lag.ticks, constants))
     } else {
-        state.friction_ahead = FrictionAhead::at(estimate.bristle);
+        state.feedforward = Feedforward::at(estimate.bristle);
         rate
     };
     let slope = state.valve.slope(led >= 0, air);
     let theta = angle_for(led, slope, most);
-    // What the valve cannot give, the reference does not ask for; friction ahead is none of its motion. But one that brakes near by
-    // would stop short and turn back.
+    // What the valve cannot give, the reference does not ask for; the feedforward of friction is none of its motion. But one that brakes
+    // near by would stop short and turn back.
     let missing = product::<_, _, Jerk>(theta, slope).saturating_sub(rate);
-    let excess = if theta.saturating_abs() < most || (missing < 0) != (theta >= 0) {
+    let anti_windup = if theta.saturating_abs() < most || (missing < 0) != (theta >= 0) {
         Jerk::ZERO
     } else {
         let against = |x: i32| if reference.v < 0 { x } else { x.saturating_neg() };
@@ -157,6 +168,6 @@ pub(crate) fn command(tuning: &Tuning, state: &mut ServoState, target: Position,
             Jerk::from_bits(quotient(missing.to_bits(), mass.to_bits().unsigned_abs(), 28))
         }
     };
-    state.motion = reference.after(jerk_r.saturating_add(excess), tick);
+    state.motion = reference.after(jerk_r.saturating_add(anti_windup), tick);
     valve.command(&state.valve, theta)
 }

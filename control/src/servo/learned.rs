@@ -223,20 +223,19 @@ impl Learned {
     /// # Errors
     /// The first quantity that is outside, or no number.
     pub(super) fn between(values: &Quantities, [least, most]: [&Self; 2], tick_hz: u32) -> Result<Self, Quantity> {
-        let mut learned = Self::default();
+        let mut all = Self::default();
         let ends = least.values(tick_hz).into_iter().zip(most.values(tick_hz));
         let end_bits = least.bits.into_iter().zip(most.bits);
-        for ((((bits, value), (low, high)), (least, most)), quantity) in
-            learned.bits.iter_mut().zip(values).zip(ends).zip(end_bits).zip(Quantity::ALL)
+        for ((((learned, value), (low, high)), (least, most)), quantity) in
+            all.bits.iter_mut().zip(values).zip(ends).zip(end_bits).zip(Quantity::ALL)
         {
             if !(low..=high).contains(value) {
                 return Err(quantity);
             }
-            // A float's conversion saturates. An end rounded to single precision may lie a bit beyond itself.
+            // An end rounded to single precision may lie a bit beyond itself.
             let exact = f64::from(*value) / quantity.resolution(f64::from(tick_hz));
-            let half = if exact < 0.0 { -0.5 } else { 0.5 };
-            *bits = ((exact + half) as i32).clamp(least.min(most), most);
+            *learned = bits(exact, 0).clamp(least.min(most), most);
         }
-        Ok(learned)
+        Ok(all)
     }
 }

@@ -4,14 +4,16 @@
 //! its square. The errors are the innovation of the force, which the valve explains, and the disturbance, which load, friction
 //! and mass explain.
 
-use super::air::Air;
-use super::constants::{GAIN_ANGLE, MASS_PART, SLIDING, UNLEARN, ZONE_V};
+use super::air::{Air, Areas};
+use super::constants::{GAIN_ANGLE, LEARN, LOAD_RATE, MASS_PART, SLIDING, SLOW_LEARN, TURNING, UNLEARN, ZONE_V};
 use super::factor::{Factor, Share, quotient};
 use super::inversion::{Valve, ValveModel};
 use super::learned::Quantity;
 use super::observer::{Body, Estimate, Opening};
+use super::rig::Rig;
 use super::{Acceleration, Angle, Damping, Jerk, Part, Ratio, Ticks};
-use crate::arithmetic::{bits, limit, multiply, product, saturate};
+use crate::arithmetic::{bits, fixed, limit, multiply, product, saturate};
+use crate::parameters::Parameters;
 use crate::quantities::{Velocity, Voltage};
 
 /// [`GAIN_ANGLE`], [`ZONE_V`] and [`SLIDING`] in the tick's formats.
@@ -72,6 +74,43 @@ pub(crate) struct LearningRates {
     pub(crate) inertia_part: Factor<Acceleration, Acceleration>,
 }
 
+impl LearningRates {
+    /// For a valve with these nominal half-widths of the dead zone.
+    pub(crate) fn new(p: &Parameters, rig: &Rig, areas: &Areas, zones: [Voltage; 2]) -> Self {
+        let Rig { hz, t, force_rate, coulomb, viscous, lag_s, .. } = *rig;
+        // What friction is a part of must not be zero.
+        let unit = coulomb.max(0.01);
+        Self {
+            wrong: Factor::new(force_rate),
+            gain: Share::new(LEARN[0] * t),
+            zone: Share::new(LEARN[1] * t),
+            lag: Share::new(LEARN[1] * t),
+            turn: Share::new((force_rate * t).min(1.0)),
+            turning_square: fixed(TURNING * t * TURNING * t),
+            lag_bounds: Quantity::Lag.parts().map(|bound| fixed(bound * lag_s * hz)),
+            body: Factor::new(LEARN[1] * t / unit),
+            coulomb: fixed(coulomb),
+            viscous: fixed(viscous),
+            viscous_bounds: Quantity::Viscous.parts().map(|bound| fixed(bound * viscous)),
+            viscous_part: Factor::new(viscous / unit),
+            inertia_part: Factor::new(1.0 / unit),
+            zone_bounds: zones.map(|zone| {
+                Quantity::ZoneRight
+                    .parts()
+                    .map(|bound| fixed::<Voltage>(bound * f64::from(zone.to_bits()) / f64::from(1 << 24)))
+            }),
+            load: Share::new(LOAD_RATE * t),
+            load_bounds: [
+                areas.force(1, p.servo_atmosphere_pa).saturating_sub(areas.force(0, p.servo_supply_pa)),
+                areas.force(1, p.servo_supply_pa).saturating_sub(areas.force(0, p.servo_atmosphere_pa)),
+            ],
+            slowly: Share::new(SLOW_LEARN * t),
+            slips: p.servo_stick_slip,
+            coulomb_bounds: Quantity::Coulomb.parts().map(|bound| fixed(bound * coulomb)),
+        }
+    }
+}
+
 /// The spool's lag as learned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lag {
@@ -87,7 +126,7 @@ impl Lag {
         Self { ticks, ..Self::default() }
     }
 
-    /// A spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`. `wrong` is the rate of
+    /// A spool slower than modelled leaves the force behind by `slope * angle' * error of the lag`. `wrong` is the rate of
     /// force that the innovation shows.
     #[inline]
     pub(crate) fn learn(&mut self, wrong: Jerk, theta: Angle, slope: Jerk, rates: &LearningRates) {

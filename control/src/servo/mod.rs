@@ -1,12 +1,12 @@
 //! The positioning law: `docs/control-law.md` derives it; files in the order of the data.
 //!
 //! ```text
-//! target ─ stream ─ reference ─► law ─ inversion ─► command          one file each
-//!                       ▲         ▲       ▲   ▲
-//!                       └ excess ─┘       │   └─ friction,            for a target that turns round;
-//!                                         │      hold, stick          silent at rest; breaking away
-//!                            observer ────┘   └─ learning, stall      valve, lag, load, friction, mass; blocked
-//!                               └─ equalise ─ inversion ─► command    after a trip, instead of all above
+//! target ─ stream ─ reference ─────► law ─ inversion ─► command          one file each
+//!                       ▲             ▲       ▲   ▲
+//!                       └ anti-windup ┘       │   └─ friction,            feedforward for a target that turns round;
+//!                                             │      hold, stick          silent at rest; breaking away
+//!                                observer ────┘   └─ learning, stall      valve, lag, load, friction, mass; blocked
+//!                                   └─ equalise ─ inversion ─► command    after a trip, instead of all above
 //! ```
 //!
 //! Forces are per nominal moving mass, so that the tick never needs the mass, and a force has the format of an acceleration:
@@ -41,6 +41,7 @@ pub mod learning;
 pub mod observer;
 mod opening;
 pub mod reference;
+mod rig;
 pub mod stall;
 pub mod stick;
 pub mod stream;
@@ -49,12 +50,12 @@ mod tuning;
 use crate::arithmetic::{bits, limit, multiply};
 use crate::quantities::{Position, Pressure, Voltage};
 use air::Air;
-use constants::{MOST_CAUTION, MOST_SWINGS};
+use constants::{MOST_SWINGS, MOST_THRESHOLD_SCALE};
 use cycle::Cycle;
 use delay::Delay;
 use fixed::traits::Fixed;
 use fixed::types::{I4F28, I6F26, I12F20, I16F16, I24F8};
-use friction::FrictionAhead;
+use friction::Feedforward;
 use hold::Hold;
 use inversion::ValveModel;
 use law::Parts;
@@ -103,11 +104,11 @@ impl Tick {
     }
 }
 
-/// By how much more coarsely hold and stick judge a noisy position or a slipping piston, 1 to 4, 24 fractional bits.
+/// By how much the thresholds of hold and stick are higher for a noisy position or a slipping piston, 1 to 4, 24 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Caution(i32);
+pub(crate) struct ThresholdScale(i32);
 
-impl Caution {
+impl ThresholdScale {
     #[inline]
     fn of<T: Fixed<Bits = i32>>(self, limit: T) -> T {
         T::from_bits(multiply(limit.to_bits(), self.0, 24))
@@ -173,7 +174,7 @@ pub struct ServoState {
     /// The target in the last tick, and whether it is still the same.
     target: Position,
     stays: bool,
-    friction_ahead: FrictionAhead,
+    feedforward: Feedforward,
     noise: Micrometres,
     acting: Voltage,
     delay: Delay,
@@ -219,12 +220,23 @@ impl ServoState {
             body: self.body,
             lag: Lag::of(self.lag.ticks),
             bandwidth: self.bandwidth,
-            feedback: tuning.law.feedback.at(self.bandwidth),
-            pace: self.valve.part_of_limits(self.bandwidth),
             learned: true,
             begun: Learned::of(&self.valve, &self.body, self.lag.ticks, load, self.bandwidth),
             ..Self::default()
         };
+        self.follow_bandwidth(tuning);
+    }
+
+    /// Gains and pace at the bandwidth as it now is.
+    fn follow_bandwidth(&mut self, tuning: &Tuning) {
+        self.feedback = tuning.law.feedback.at(self.bandwidth);
+        self.follow_flow();
+    }
+
+    /// Pace at the flow as it now is.
+    #[inline]
+    fn follow_flow(&mut self) {
+        self.pace = self.valve.part_of_limits(self.bandwidth);
     }
 
     /// Forgets what was learned in this run: the readings were those of a fault.
@@ -340,7 +352,7 @@ impl Tuning {
     #[inline(never)]
     pub(crate) fn learn(&self, state: &mut ServoState) {
         state.stall.see(state.estimate.y, state.estimate.force, &self.stall);
-        let leave = self.caution(state.noise).of(self.hold.leave);
+        let leave = self.threshold_scale(state.noise).of(self.hold.leave);
         state.hold.see(leave);
         if state.hold.take_pass() {
             learning::unlearn_friction(&mut state.body, &self.learning);
@@ -348,8 +360,7 @@ impl Tuning {
         state.swings.see(state.stays, state.hold.mean.error, leave);
         if state.swings.take_pass(MOST_SWINGS) {
             learning::slow_down(&mut state.bandwidth);
-            state.feedback = self.law.feedback.at(state.bandwidth);
-            state.pace = state.valve.part_of_limits(state.bandwidth);
+            state.follow_bandwidth(self);
         }
         let Some(Shown { force, opening, air }) = state.shown.take() else { return };
         // A wrong rate of force stands as an innovation of that rate over the correction's.
@@ -357,7 +368,7 @@ impl Tuning {
         let slope = state.valve.slope(opening.theta >= 0, &air);
         state.lag.learn(wrong, opening.theta, slope, &self.learning);
         learning::learn_valve((&self.valve, &mut state.valve), wrong, &opening, &air, &self.learning);
-        state.pace = state.valve.part_of_limits(state.bandwidth);
+        state.follow_flow();
         if !state.stall.suspected(&self.stall) {
             learning::learn_body(&mut state.body, &mut state.estimate, state.approaches, &self.learning);
         }
@@ -366,8 +377,12 @@ impl Tuning {
 
     /// A noisier position is judged more coarsely.
     #[inline]
-    fn caution(&self, noise: Micrometres) -> Caution {
-        Caution(limit(self.caution_of.of(noise).to_bits(), self.least_caution, const { bits(MOST_CAUTION, 24) }))
+    fn threshold_scale(&self, noise: Micrometres) -> ThresholdScale {
+        ThresholdScale(limit(
+            self.scale_of.of(noise).to_bits(),
+            self.least_scale,
+            const { bits(MOST_THRESHOLD_SCALE, 24) },
+        ))
     }
 }
 

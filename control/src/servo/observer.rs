@@ -4,10 +4,14 @@
 //! predicts is what the valve will find. The difference to the samples corrects it.
 
 use super::air::Air;
+use super::constants::UNSEEN_RATE;
 use super::factor::{Factor, Share, falling_q28, quotient};
 use super::inversion::{Valve, ValveModel};
+use super::rig::Rig;
 use super::{Acceleration, Angle, Damping, Jerk, Ratio, Tick, Ticks};
-use crate::arithmetic::{limit, multiply, product, saturate};
+use crate::arithmetic::{bits, limit, multiply, product, saturate};
+use crate::config_error::{ConfigError, demand};
+use crate::parameters::Key;
 use crate::quantities::{Position, Velocity, Voltage};
 
 /// Constants of the observer.
@@ -27,6 +31,26 @@ pub(crate) struct ObserverGains {
     pub(crate) bristle_q24: i32,
     /// `T σ_0 / M`: from velocity to the change of the bristles' force.
     pub(crate) bristle: Factor<Velocity, Acceleration>,
+}
+
+impl ObserverGains {
+    /// Three poles at its bandwidth.
+    ///
+    /// # Errors
+    /// A bandwidth that the tick is too slow for.
+    pub(crate) fn new(rig: &Rig) -> Result<Self, ConfigError> {
+        let Rig { t, observer_w: w, bristle, .. } = *rig;
+        demand(w * t <= 0.5, Key::servo_observer_rad_per_s, w, "be at most half of tick_hz (radians per second)")?;
+        Ok(Self {
+            y: Factor::new(3.0 * w * t),
+            v: Factor::new(3.0 * w * w * t),
+            disturbance: Factor::new(w * w * w * t),
+            force: Share::new((rig.force_rate * t).min(1.0)),
+            unseen: Share::new((UNSEEN_RATE * t).min(1.0)),
+            bristle: Factor::new(bristle * t),
+            bristle_q24: bits(bristle * t * t, 24),
+        })
+    }
 }
 
 /// The piston and its load as learned; friction per nominal mass.

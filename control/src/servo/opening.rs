@@ -6,7 +6,9 @@
 use super::Angle;
 use super::angle::{angle, effective_voltage};
 use super::factor::Factor;
-use crate::arithmetic::{bits, multiply};
+use crate::arithmetic::{fixed, multiply};
+use crate::config_error::{ConfigError, demand};
+use crate::parameters::{Key, Parameters};
 use crate::quantities::Voltage;
 
 /// Openings at which a table names the effective voltage, relative to the widest.
@@ -37,6 +39,42 @@ fn last_line(lines: &[Line; OPENING_KNOTS.len()], is_reached: impl Fn(&Line) -> 
 }
 
 impl Opening {
+    /// By the table of the parameters, or by the arc tangent.
+    ///
+    /// # Errors
+    /// A table of which points are missing, or which does not rise.
+    pub(crate) fn from_parameters(p: &Parameters) -> Result<Self, ConfigError> {
+        let points: [(Option<f32>, Key); OPENING_KNOTS.len()] = [
+            (p.servo_opening_1_v, Key::servo_opening_1_v),
+            (p.servo_opening_2_v, Key::servo_opening_2_v),
+            (p.servo_opening_3_v, Key::servo_opening_3_v),
+            (p.servo_opening_4_v, Key::servo_opening_4_v),
+            (p.servo_opening_5_v, Key::servo_opening_5_v),
+            (p.servo_opening_6_v, Key::servo_opening_6_v),
+            (p.servo_opening_7_v, Key::servo_opening_7_v),
+            (p.servo_opening_8_v, Key::servo_opening_8_v),
+            (p.servo_opening_9_v, Key::servo_opening_9_v),
+            (p.servo_opening_10_v, Key::servo_opening_10_v),
+        ];
+        if points.iter().all(|(volts, _)| volts.is_none()) {
+            return Ok(Self::of(None));
+        }
+        let mut last = 0.0;
+        for (volts, key) in points {
+            let volts = f64::from(volts.unwrap_or(0.0));
+            // Half a step: the voltages are rounded to f32.
+            let rises = volts >= last + 0.5 * OPENING_STEP_V;
+            demand(
+                rises,
+                key,
+                volts,
+                "be given as the other voltages of openings are, and above the one before (volts)",
+            )?;
+            last = volts;
+        }
+        Ok(Self::of(Some(points.map(|(volts, _)| f64::from(volts.unwrap_or(0.0))))))
+    }
+
     /// By the arc tangent, or by the voltages of a table, which rise.
     pub(crate) fn of(table: Option<[f64; OPENING_KNOTS.len()]>) -> Self {
         let Some(volts) = table else { return Self { lines: None, most: Voltage::MAX } };
@@ -46,13 +84,13 @@ impl Opening {
             let theta = core::f64::consts::FRAC_PI_2 * OPENING_KNOTS[at];
             let slope = (theta - from[1]) / (w - from[0]);
             let line = Line {
-                w: Voltage::from_bits(bits(from[0], Voltage::FRAC_NBITS)),
-                theta: Angle::from_bits(bits(from[1], Angle::FRAC_NBITS)),
+                w: fixed(from[0]),
+                theta: fixed(from[1]),
                 slope: Factor::new(slope),
                 per_slope: Factor::new(1.0 / slope),
             };
             (from, at) = ([w, theta], at + 1);
-            most = Voltage::from_bits(bits(w, Voltage::FRAC_NBITS));
+            most = fixed(w);
             line
         });
         Self { lines: Some(lines), most }

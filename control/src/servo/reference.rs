@@ -8,16 +8,23 @@
 //! length `A³/J²`. Then stopping takes no division, and every rig uses the same range of numbers. They have 26 fractional
 //! bits and end at ±32: a target farther away is as good as one there.
 
-use super::constants::{CALM_JERK, RESERVE};
+use super::constants::{CALM_JERK, NEAR_M, RESERVE};
 use super::factor::{Factor, quotient, root_q26};
+use super::rig::Rig;
 use super::{Acceleration, Jerk, Part, Tick};
-use crate::arithmetic::{bits, limit, saturate};
+use crate::arithmetic::{bits, fixed, limit, saturate};
+use crate::config_error::{ConfigError, demand};
+use crate::parameters::{Key, Parameters};
 use crate::quantities::{Position, Velocity};
 use fixed::types::I6F26;
 
 /// Fractional bits of a motion's own position: at 20,000 ticks a second slow motion is less than a bit of [`Position`] a tick.
 const FINE: u32 = 44 - Position::FRAC_NBITS;
 const ONE: i32 = 1 << 26;
+/// Shortest time for which a jerk is planned, s.
+const PLANNED_S: f64 = 1e-3;
+/// Longest unit of length of the plan, m, in which 26 fractional bits are a micrometre.
+const MOST_UNIT_M: f64 = 67.0;
 
 /// Limits of the motion, and how to convert to units in which they are one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +46,48 @@ pub(crate) struct Limits {
     pub(crate) jerk: Factor<I6F26, Jerk>,
     /// What one tick's jerk makes up for: acceleration, velocity, position.
     pub(crate) near: (Acceleration, Velocity, Position),
+}
+
+impl Limits {
+    /// From the limits of speed, acceleration and jerk.
+    ///
+    /// # Errors
+    /// Limits that do not fit each other or the tick.
+    pub(crate) fn new(p: &Parameters, rig: &Rig) -> Result<Self, ConfigError> {
+        let [speed, acceleration, jerk] =
+            [p.servo_speed_m_per_s, p.servo_acceleration_m_per_s2, p.servo_jerk_m_per_s3].map(f64::from);
+        let planned = rig.t.max(PLANNED_S);
+        let natural = speed * jerk / (acceleration * acceleration);
+        demand(
+            natural <= 3.0 && planned * jerk <= 0.5 * acceleration,
+            Key::servo_jerk_m_per_s3,
+            jerk,
+            "be at most 3 times the square of servo_acceleration_m_per_s2 over servo_speed_m_per_s, and at most half that \
+             acceleration in a tick or a millisecond (metres per second cubed)",
+        )?;
+        let unit_m = acceleration * acceleration * acceleration / (jerk * jerk);
+        demand(
+            unit_m <= MOST_UNIT_M,
+            Key::servo_jerk_m_per_s3,
+            jerk,
+            "be more, or servo_acceleration_m_per_s2 less: its cube over the square of the jerk must be at most 67 m (metres per second \
+             cubed)",
+        )?;
+        Ok(Self {
+            speed: fixed(natural),
+            tick: fixed(planned * jerk / acceleration),
+            length: Factor::new(jerk * jerk / (acceleration * acceleration * acceleration)),
+            velocity: Factor::new(jerk / (acceleration * acceleration)),
+            aim_jerk: Factor::new(1.0 / jerk),
+            acceleration: Factor::new(1.0 / acceleration),
+            jerk: Factor::new(acceleration / planned),
+            near: (
+                fixed(jerk * planned),
+                fixed(jerk * planned * planned),
+                fixed(NEAR_M + jerk * planned * planned * planned),
+            ),
+        })
+    }
 }
 
 /// A point of the motion: position and its derivatives.

@@ -1,8 +1,13 @@
 //! Stall: the piston stands although its force has grown by more than friction takes: something blocks it. The force then grows slowly,
 //! because an obstacle that gives way lets go of all of it at once. A load that is unknown yet is lifted all the same, a little later.
 
+use super::air::Areas;
+use super::constants::{STALL_GROWTH_S, STALL_S, STANDS_M, STICK_FORCE, SUSPECTED};
 use super::factor::Factor;
+use super::rig::Rig;
 use super::{Acceleration, Jerk};
+use crate::arithmetic::fixed;
+use crate::parameters::Parameters;
 use crate::quantities::Position;
 
 /// Constants of stall.
@@ -20,6 +25,25 @@ pub(crate) struct StallLimits {
     pub(crate) growth: Acceleration,
     /// How fast the force follows.
     pub(crate) follow: Factor<Acceleration, Jerk>,
+}
+
+impl StallLimits {
+    pub(crate) fn new(p: &Parameters, rig: &Rig, areas: &Areas) -> Self {
+        let coulomb = rig.coulomb;
+        Self {
+            stands: fixed(STANDS_M),
+            // From one end of the friction to the other, and half as much again, or what makes a free piston turn round and leave its
+            // place meanwhile.
+            force: fixed(2.0 * coulomb + coulomb.max(8.0 * STANDS_M / (STALL_S * STALL_S))),
+            ticks: rig.ticks(STALL_S),
+            suspected: rig.ticks(SUSPECTED * STALL_S),
+            growth: fixed(
+                areas.per_mass[0] * f64::from(p.servo_supply_pa - p.servo_atmosphere_pa).max(0.0) * rig.t
+                    / STALL_GROWTH_S,
+            ),
+            follow: Factor::new(STICK_FORCE * rig.w),
+        }
+    }
 }
 
 /// Tells a piston that does not follow its force.
@@ -53,8 +77,8 @@ impl Stall {
         }
     }
 
-    /// Whether more is applied than friction takes for a quarter of the time in which the piston counts as blocked: that teaches nothing about
-    /// friction and load. A piston that is free but slow to set out has moved by then.
+    /// Whether more is applied than friction takes for [`SUSPECTED`] of the time after which the piston counts as blocked: that teaches nothing
+    /// about friction and load.
     #[inline]
     pub(crate) fn suspected(&self, limits: &StallLimits) -> bool {
         self.ticks > limits.suspected

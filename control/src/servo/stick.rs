@@ -1,10 +1,12 @@
 //! Stick: the piston stands off its target. The force is then led to where it breaks away, without the noise of velocity
 //! and acceleration, which would throw the valve across its dead zone each tick and let no air through.
 
+use super::constants::{REST_S, STICK_CREEP, STICK_FORCE, STICK_MOST, STICK_SPEED};
 use super::factor::Factor;
 use super::hold::Means;
-use super::{Acceleration, Caution, Jerk, Tick};
-use crate::arithmetic::{limit, saturate};
+use super::rig::Rig;
+use super::{Acceleration, Jerk, ThresholdScale, Tick};
+use crate::arithmetic::{fixed, limit, saturate};
 use crate::quantities::{Position, Velocity};
 
 /// Constants of stick.
@@ -19,10 +21,14 @@ pub(crate) struct StickGains {
 }
 
 impl StickGains {
+    pub(crate) fn new(rig: &Rig) -> Self {
+        Self { speed: fixed(STICK_SPEED), ticks: rig.ticks(REST_S), most: fixed(STICK_MOST * rig.coulomb) }
+    }
+
     /// Whether the piston stands, by its mean velocity.
     #[inline]
-    pub(crate) fn sticks(&self, mean: &Means, caution: Caution) -> bool {
-        mean.v.saturating_abs() <= caution.of(self.speed)
+    pub(crate) fn sticks(&self, mean: &Means, scale: ThresholdScale) -> bool {
+        mean.v.saturating_abs() <= scale.of(self.speed)
     }
 }
 
@@ -35,6 +41,17 @@ pub(crate) struct LeadGains {
     pub(crate) creep: Factor<Velocity, Jerk>,
     /// How fast the force follows.
     pub(crate) force: Factor<Acceleration, Jerk>,
+}
+
+impl LeadGains {
+    /// Of the bandwidth `w`, with `gain` times the law's rate of force.
+    pub(crate) fn new(w: f64, gain: f64) -> Self {
+        Self {
+            error: Factor::new(gain * w * w * w),
+            creep: Factor::new(gain * STICK_CREEP * w * w),
+            force: Factor::new(STICK_FORCE * w),
+        }
+    }
 }
 
 /// The force that is asked for while the piston sticks.
@@ -53,9 +70,9 @@ impl Stick {
         mean: &Means,
         force: Acceleration,
         (stick, lead, tick): (&StickGains, &LeadGains, &Tick),
-        caution: Caution,
+        scale: ThresholdScale,
     ) -> Option<Jerk> {
-        if !resting || !stick.sticks(mean, caution) {
+        if !resting || !stick.sticks(mean, scale) {
             *self = Self::default();
             return None;
         }
@@ -65,7 +82,7 @@ impl Stick {
             return None;
         }
         // Below half its limit the mean velocity is mostly noise and would keep the valve awake.
-        let noise = Velocity::from_bits(caution.of(stick.speed).to_bits() / 2);
+        let noise = Velocity::from_bits(scale.of(stick.speed).to_bits() / 2);
         let creep = mean.v.saturating_sub(limit(mean.v, -noise, noise));
         let rate = lead.error.wide(mean.error).saturating_sub(lead.creep.wide(creep));
         let rate = Jerk::from_bits(saturate(rate));

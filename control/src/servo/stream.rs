@@ -1,9 +1,15 @@
 //! The target as a motion: a streamed target gets a velocity, an acceleration and a jerk, a step gets none.
 
+use super::constants::{
+    CALM_JERK, DEAD_BAND_M, FOLLOWED, JERK_BANDWIDTH, LONGEST_HOLD_S, MOST_ACCELERATION, MOST_PER_CHANGE, NOT_FOLLOWED,
+    PEAK_HELD_S, STREAM_BANDWIDTH,
+};
 use super::factor::{Factor, Share, quotient};
 use super::reference::{Aim, Motion};
+use super::rig::Rig;
 use super::{Acceleration, Jerk, Part, Ratio, Tick};
-use crate::arithmetic::{limit, multiply, product};
+use crate::arithmetic::{fixed, limit, multiply, product};
+use crate::parameters::Parameters;
 use crate::quantities::{Position, Velocity};
 use fixed::traits::Fixed;
 
@@ -42,6 +48,40 @@ pub(crate) struct StreamGains {
     pub(crate) followed_part: Part,
     /// From what is left until then to the part of the derivatives that is followed.
     pub(crate) followed: Factor<Part, Part>,
+}
+
+impl StreamGains {
+    /// Beside a reference within limits of speed, acceleration and jerk.
+    pub(crate) fn new(p: &Parameters, rig: &Rig) -> Self {
+        let [speed, acceleration, jerk] =
+            [p.servo_speed_m_per_s, p.servo_acceleration_m_per_s2, p.servo_jerk_m_per_s3].map(f64::from);
+        let t = rig.t;
+        let whole = rig.ticks(MOST_PER_CHANGE / STREAM_BANDWIDTH).max(1);
+        let whole_s = f64::from(whole) * t;
+        let w = STREAM_BANDWIDTH.min(MOST_PER_CHANGE / whole_s);
+        Self {
+            dead_band: fixed(DEAD_BAND_M),
+            longest_hold: rig.ticks(LONGEST_HOLD_S),
+            whole,
+            off: fixed(acceleration / (w * w)),
+            acceleration: fixed(MOST_ACCELERATION * acceleration),
+            per_tick: Factor::new(rig.hz),
+            y: Factor::new(3.0 * w * whole_s),
+            v: Factor::new(3.0 * w * w * whole_s),
+            a: Factor::new(w * w * w * whole_s),
+            jerk: Factor::new(w * w * w),
+            jerk_follow: Share::new((JERK_BANDWIDTH * t).min(1.0)),
+            used: (
+                Factor::new(FOLLOWED / speed),
+                Factor::new(1.0 / acceleration),
+                Factor::new(1.0 / (CALM_JERK * jerk)),
+            ),
+            forget: Share::new(t / PEAK_HELD_S),
+            lost: fixed(NOT_FOLLOWED),
+            followed_part: fixed(FOLLOWED),
+            followed: Factor::new(1.0 / (NOT_FOLLOWED - FOLLOWED)),
+        }
+    }
 }
 
 /// Follows a target that arrives as positions only: anew each tick or held for some by a slower sender, in codes, with noise.

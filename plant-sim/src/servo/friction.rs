@@ -1,4 +1,4 @@
-//! Friction along the reference: where a streamed target turns round, the piston sticks until the force of the chambers has
+//! Feedforward of friction: where a streamed target turns round, the piston sticks until the force of the chambers has
 //! travelled from one end of the Coulomb friction to the other. The valve takes tens of milliseconds for that, in which the
 //! target moves on. When it turns is known, so the force sets out before.
 
@@ -7,11 +7,11 @@ use control::servo::constants::GAIN_DELAY;
 
 /// The friction that the target's motion meets when the force that is asked for now will act.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrictionAhead {
+pub struct Feedforward {
     force: f64,
 }
 
-impl FrictionAhead {
+impl Feedforward {
     /// A piston that rests at a friction of `force` in N.
     #[must_use]
     pub fn at(force: f64) -> Self {

@@ -32,7 +32,7 @@ impl Lag {
         Self { seconds: tuning.lag_s, ..Self::default() }
     }
 
-    /// A spool slower than modelled leaves the force behind by `slope * angle' * excess of lag`.
+    /// A spool slower than modelled leaves the force behind by `slope * angle' * error of the lag`.
     pub fn learn(&mut self, innovation: &Innovation, theta: f64, slope: f64, tuning: &Tuning) {
         let t = tuning.tick_s;
         let turn = (theta - self.theta) / t;

@@ -19,16 +19,15 @@ pub mod reference;
 pub mod stall;
 pub mod stick;
 pub mod stream;
-pub mod trials;
 pub mod tuning;
 
 use air::Air;
 use control::servo::constants::{
-    CALM_JERK, DEAD_BAND_M, DEVIATION, FOLLOWED, LEAST_DRIVE, LEAST_LENGTH, MOST_CAUTION, MOST_SWINGS, NOISE_RATE,
-    PRESSURE_RATE, QUIET_UM, RESERVE, SLIPPING, STICK_SPEED, TICK_DELAY,
+    CALM_JERK, DEAD_BAND_M, DEVIATION, FOLLOWED, LEAST_DRIVE, LEAST_LENGTH, MOST_SWINGS, MOST_THRESHOLD_SCALE,
+    NOISE_RATE, PRESSURE_RATE, QUIET_UM, RESERVE, SLIPPING, STICK_SPEED, TICK_DELAY,
 };
 use cycle::Cycle;
-use friction::FrictionAhead;
+use friction::Feedforward;
 use hold::Hold;
 use inversion::ValveModel;
 use learning::Lag;
@@ -91,7 +90,7 @@ pub struct Servo {
     samples: u32,
     unseen: bool,
     approaches: bool,
-    friction_ahead: FrictionAhead,
+    feedforward: Feedforward,
 }
 
 impl Servo {
@@ -123,7 +122,7 @@ impl Servo {
             samples: 0,
             unseen: false,
             approaches: false,
-            friction_ahead: FrictionAhead::default(),
+            feedforward: Feedforward::default(),
             tuning,
         }
     }
@@ -212,7 +211,7 @@ impl Servo {
     fn command(&mut self, target: f64, air: &Air) -> f64 {
         // A noisier position is judged more coarsely.
         let least = if self.tuning.stick_slip { SLIPPING } else { 1.0 };
-        let scale = (1e6 * self.noise / QUIET_UM).clamp(least, MOST_CAUTION);
+        let scale = (1e6 * self.noise / QUIET_UM).clamp(least, MOST_THRESHOLD_SCALE);
         let tuning = self.tuning.coarser(scale);
         let (t, w) = (tuning.tick_s, tuning.law_w * self.bandwidth);
         let estimate = self.estimate;
@@ -221,7 +220,7 @@ impl Servo {
         let followed = aim.v != 0.0 && used <= FOLLOWED;
         let friction = tuning.bristle_stiffness * estimate.bristle;
         if !followed {
-            self.friction_ahead = FrictionAhead::at(friction);
+            self.feedforward = Feedforward::at(friction);
         }
         let resting = (self.motion.y - target).abs() < DEAD_BAND_M && self.motion.v.abs() < STICK_SPEED && aim.v == 0.0;
         let error = target - estimate.y;
@@ -274,7 +273,7 @@ impl Servo {
             jerk_r + 3.0 * w * (r.a - estimate.a) + 3.0 * w * w * (r.v - estimate.v) + w * w * w * (r.y - estimate.y);
         let rate = self.body.mass * jerk + air.stiffness * (estimate.v + tuning.lead_s * r.a);
         let most = self.valve.most_angle();
-        // The friction of a target that is followed is known ahead.
+        // The friction of a target that is followed is known beforehand.
         let near = (r.y - estimate.y).abs() < tuning.near_m;
         let led = if followed && near {
             let coulomb = self.body.coulomb;
@@ -282,21 +281,21 @@ impl Servo {
             // The force travels by twice the friction at full flow; half of that before the target turns, half after it.
             let travel_s = coulomb / (self.valve.slope(aim.a, air) * most);
             let v_ahead = aim.v + (delay_s + travel_s) * aim.a;
-            rate + self.friction_ahead.rate(v_ahead, friction, coulomb, delay_s, &tuning)
+            rate + self.feedforward.rate(v_ahead, friction, coulomb, delay_s, &tuning)
         } else {
-            self.friction_ahead = FrictionAhead::at(friction);
+            self.feedforward = Feedforward::at(friction);
             rate
         };
         let slope = self.valve.slope(led, air);
         let asked = led / slope;
         let theta = asked.clamp(-most, most);
-        // What the valve cannot give, the reference does not ask for; friction ahead is none of its motion. But one that brakes near
-        // by would stop short and turn back.
+        // What the valve cannot give, the reference does not ask for; the feedforward of friction is none of its motion. But one that
+        // brakes near by would stop short and turn back.
         let missing = if theta == asked { 0.0 } else { (theta * slope - rate) / self.body.mass };
         let braking = near && aim.v == 0.0 && r.a * r.v.signum() < -tuning.braking;
         let brakes_harder = braking && r.v * missing < 0.0;
-        let excess = if brakes_harder || (missing < 0.0) != (theta >= 0.0) { 0.0 } else { missing };
-        self.motion = r.after(jerk_r + excess, t);
+        let anti_windup = if brakes_harder || (missing < 0.0) != (theta >= 0.0) { 0.0 } else { missing };
+        self.motion = r.after(jerk_r + anti_windup, t);
         self.valve.command(theta, tuning.blend)
     }
 
