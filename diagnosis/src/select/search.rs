@@ -3,7 +3,7 @@
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
-use super::penalty::{beyond_noise, penalised_cost, shortfall, wide_open};
+use super::penalty::{beyond_noise, out_of_reach, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
 use super::simplify::{drop_needless_parts, drop_needless_trifles, drop_uncertain, one_of_each_tie};
 use super::ties::ties;
@@ -102,7 +102,10 @@ pub(crate) fn search(
         && let Some(start) = screened(problem, nominal, &current)
     {
         let other = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
-        if !beyond_noise(problem, &other) && penalised_cost(problem, &other) < penalised_cost(problem, &current) {
+        // Where names were out of reach, a search that brings them within it need not leave noise alone.
+        let reached = out_of_reach(problem, &current) && !out_of_reach(problem, &other);
+        let cheaper = penalised_cost(problem, &other) < penalised_cost(problem, &current);
+        if cheaper && (reached || !beyond_noise(problem, &other)) {
             current = other;
         }
     }

@@ -28,7 +28,7 @@ pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
         (false, true) => constants::no_worse(),
         (false, false) => 1.0,
     };
-    best < null + allowance(&found.null, &found.best) && predicts_no_worse(problem, found, growth)
+    best < null + allowance(&found.null, &found.best) && predicts_no_worse(problem, found, plain, growth)
 }
 
 /// For each cause: whether the part held back is told better with it than without it, everything else fitted anew on the rest.
@@ -77,12 +77,13 @@ pub(crate) fn data_cost(on: &Problem<'_>, hypothesis: &Hypothesis) -> Option<f64
 }
 
 /// Whether the squared errors of the whole model, restarted on the part held back, grow by no more than the factor
-/// `growth` when the causes are added. They grow more with causes that only fit noise of a balance.
-fn predicts_no_worse(problem: &Problem<'_>, found: &Found, growth: f64) -> bool {
+/// `growth` when the causes are added. They grow more with causes that only fit noise of a balance: not so where the balances
+/// gain plainly, and then a model that predicts as well as it can is not refuted by one whose nominal values happen to do better.
+fn predicts_no_worse(problem: &Problem<'_>, found: &Found, plain: bool, growth: f64) -> bool {
     let models = hold_out::Comparison::new(problem, Some(&found.null), &found.best);
     let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
     let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor);
-    error(&gain.holdout.extended_rmse) <= growth * error(&gain.holdout.baseline_rmse)
+    plain && gain.closed() || error(&gain.holdout.extended_rmse) <= growth * error(&gain.holdout.baseline_rmse)
 }
 
 /// The sum of squared errors over those that noise makes of a perfect model's predictions. Errors within that floor are alike:
