@@ -68,6 +68,25 @@ fn in_the_tick_a_move_of_45_mm_arrives_hardly_passes_its_target_and_then_rests_o
 }
 
 #[test]
+fn a_spool_of_second_order_which_the_law_takes_for_one_of_first_settles_and_rests_alike() {
+    for (name, mut rig, settled_s, _) in cases() {
+        // Damping ratios of 0.79 and 0.6: the latter overshoots by a tenth.
+        for inertia in [0.4, 0.7] {
+            rig.valve.spool_inertia = inertia;
+            for seed in 0..5 {
+                let seen = step(&mut bench(rig, Driver::Tick, seed), 0.045, 2500);
+                assert!(seen.settled_s < settled_s, "{name}, inertia {inertia}, seed {seed}: {seen:?}");
+                assert!(seen.overshoot_m < 1.5e-4, "{name}, inertia {inertia}, seed {seed}: {seen:?}");
+                assert!(
+                    seen.rest_error_m < 4.5e-5 && seen.changes <= 2,
+                    "{name}, inertia {inertia}, seed {seed}: {seen:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn at_three_times_the_noise_the_valve_falls_silent_too_and_stays_so() {
     for (name, rig, target_m) in [("b", Rig::paper_b(), 0.001), ("c", Rig::paper_c(), 0.01)] {
         for seed in 40..46 {

@@ -24,11 +24,23 @@ impl Hypothesis {
         Self { effects: Vec::new(), parameters: nominal.to_vec(), values: nominal.iter().map(|p| p.neutral).collect() }
     }
 
-    /// The same without the points of the table of the opening, which stay as stated.
-    pub(crate) fn with_table_as_stated(&self) -> Self {
+    /// The same without what joins a fit last, because it leads one astray that begins far away: the points of the table of the opening
+    /// and the order of the spool's lag, which stay as stated.
+    pub(crate) fn coarse(&self) -> Self {
         let pairs = self.parameters.iter().zip(&self.values);
-        let (parameters, values) = pairs.filter(|(p, _)| !matches!(p.slot, Slot::Opening(_))).unzip();
+        let (parameters, values) = pairs.filter(|(p, _)| !p.slot.is_fine()).unzip();
         Self { effects: self.effects.clone(), parameters, values }
+    }
+
+    /// The same with the values of a coarse fit. A lag of first order with a delay beside it is a minimum of its own, next to that of a lag
+    /// of second order: so the order begins between the two.
+    pub(crate) fn refining(&self, coarse: &Self) -> Self {
+        let mut out = self.with_values_of(coarse);
+        let mut pairs = out.parameters.iter().zip(&mut out.values);
+        if let Some((parameter, value)) = pairs.find(|(p, _)| p.slot == Slot::SPOOL_INERTIA && p.neutral == 0.0) {
+            *value = parameter.scale;
+        }
+        out
     }
 
     /// The same with the values of another hypothesis, as far as that has them.

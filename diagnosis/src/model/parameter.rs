@@ -2,8 +2,8 @@
 
 use crate::constants;
 use crate::data::channel::Channels;
-use plant_model::Effect;
 use plant_model::effects::identification::StandsFor;
+use plant_model::{Effect, Place};
 use rig_files::RigKey;
 
 /// What one number of the parameter vector stands for.
@@ -24,6 +24,14 @@ pub(crate) enum Slot {
 }
 
 impl Slot {
+    /// The order of the spool's lag.
+    pub(crate) const SPOOL_INERTIA: Self = Self::Nominal(Place::spool_inertia.key());
+
+    /// Whether it joins a fit last.
+    pub(crate) fn is_fine(&self) -> bool {
+        matches!(self, Self::Opening(_)) || *self == Self::SPOOL_INERTIA
+    }
+
     /// The key of what the rig file states; `None` for what it does not.
     pub(crate) fn stated_key(&self) -> Option<&'static str> {
         match self {

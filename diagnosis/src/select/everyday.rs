@@ -28,8 +28,8 @@ pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
         let start: Vec<f64> = parameters.iter().map(|p| p.neutral).collect();
         all = all.extended_by(effect, parameters, &start);
     }
-    // Mechanics first as an equation error, which has one minimum; then as predictions. A table's points come last, as in the search.
-    let coarse = all.with_table_as_stated();
+    // Mechanics first as an equation error, which has one minimum; then as predictions. The finest come last, as in the search.
+    let coarse = all.coarse();
     let begun = problem.judging(Mechanics::Momentum).refit(coarse, problem.judgeable, constants::iterations())?;
     let levelled = best_breakaway(problem, all.with_values_of(&begun.hypothesis));
     let fit = problem.refit(levelled, problem.judgeable, constants::iterations())?;

@@ -68,12 +68,11 @@ pub(crate) fn search(
 ) -> Option<Found> {
     let mut memory = Memory::default();
     progress("nominal model");
-    // The points of a table move next to nothing of what is wrong, but all at once they lead a fit astray: they come last.
-    let coarse = problem.fit(nominal.with_table_as_stated(), constants::iterations())?;
+    let coarse = problem.fit(nominal.coarse(), constants::iterations())?;
     let null = if coarse.hypothesis.parameters.len() == nominal.parameters.len() {
         coarse
     } else {
-        problem.fit(nominal.with_values_of(&coarse.hypothesis), constants::iterations())?
+        problem.fit(nominal.refining(&coarse.hypothesis), constants::iterations())?
     };
     let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
