@@ -211,12 +211,9 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let tolerances = effect_tolerances(rig);
     let of_lag_s =
         tolerances.iter().find(|(effect, ..)| *effect == Effect::ValveLag).map_or(0.0, |(.., part)| part * lag_s);
-    let (tolerance, farthest) = if of_lag_s > constants::sensors_late_s() {
-        (of_lag_s, constants::farthest_nominal() * of_lag_s)
-    } else {
-        // No more: a delay that is plainly there has a cause.
-        (constants::sensors_late_s(), constants::weather_farthest() * constants::sensors_late_s())
-    };
+    let tolerance = of_lag_s.max(constants::sensors_late_s());
+    // No more: a delay that is plainly there has a cause.
+    let farthest = constants::weather_farthest() * tolerance;
     let of_hoses_s = Plant::unchecked(&rig.rig).line_delay_s();
     let tolerance = tolerance.hypot(constants::hose_delay() * of_hoses_s);
     (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then_some(Parameter {
