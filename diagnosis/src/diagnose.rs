@@ -197,7 +197,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     }
     Diagnosis {
         verdict,
-        next_experiment: experiments::next_experiment(verdict, &judgement.causes, problem),
+        next_experiment: experiments::next_experiment(verdict, (&judgement.causes, &balances), problem),
         causes: judgement.causes,
         extension,
         calibration: calibration::calibration(problem, &extended),

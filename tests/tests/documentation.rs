@@ -51,8 +51,11 @@ fn of_the_board() -> String {
 fn of_the_rig() -> String {
     let paper = Rig::<f64>::paper_a();
     let rows = all_keys().map(|key| {
-        let value = Value::Number(key.get(&paper) as f32).to_string();
-        [format!("`{}`", key.path), or_dash(key.limits.unit), value, range(key.limits), key.meaning().into()]
+        let optional = key.limits.optional;
+        let stated = key.get(&paper);
+        let value = if optional && stated == 0.0 { "–".into() } else { Value::Number(stated as f32).to_string() };
+        let range = range(key.limits) + if optional { ", or absent" } else { "" };
+        [format!("`{}`", key.path), or_dash(key.limits.unit), value, range, key.meaning().into()]
     });
     table(["key", "unit", "case (a)", "range", "meaning"], rows)
 }

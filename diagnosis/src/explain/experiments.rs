@@ -2,12 +2,24 @@
 
 use crate::data::channel::Channel;
 use crate::estimate::problem::Problem;
-use crate::outcome::Cause;
+use crate::explain::residuals::Quantity;
+use crate::outcome::{Balance, Cause};
 use plant_model::Effect;
 use rig_files::Verdict;
 
+/// Whether an open balance of the air depends on the valve's command more than on anything else.
+fn follows_the_command(balance: &Balance) -> bool {
+    let most = balance.depends_on.iter().max_by(|a, b| a.extended.total_cmp(&b.extended));
+    let air = [Channel::PressureA, Channel::PressureB].contains(&balance.channel);
+    air && !balance.closed && most.is_some_and(|most| most.quantity == Quantity::Command.id())
+}
+
 /// The recording that would separate the ties, or show what this log cannot.
-pub(crate) fn next_experiment(verdict: Verdict, causes: &[Cause], problem: &Problem<'_>) -> Option<String> {
+pub(crate) fn next_experiment(
+    verdict: Verdict,
+    (causes, balances): (&[Cause], &[Balance]),
+    problem: &Problem<'_>,
+) -> Option<String> {
     let mut out: Vec<String> = Vec::new();
     for cause in causes {
         for tie in &cause.ties {
@@ -27,7 +39,15 @@ pub(crate) fn next_experiment(verdict: Verdict, causes: &[Cause], problem: &Prob
     if !(has.command && has.pressure_a && has.pressure_b) {
         out.push("Record the valve command and both chamber pressures: only then can every balance be judged.".into());
     }
-    if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+    let unexplained = matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained);
+    if unexplained && !problem.rig.rig.opening.is_empty() && balances.iter().any(follows_the_command) {
+        out.push(
+            "What is left of the air balances follows the command: measure the valve's opening in finer steps where the valve \
+             works, above all where it begins to open. Between the points of `valve.opening` the model is straight."
+                .into(),
+        );
+    }
+    if unexplained {
         out.push(
             "Record the sequence of `plant-sim experiment`, twice: what repeats is physics the catalogue lacks, what does \
              not is wear, drift or disturbance."

@@ -58,6 +58,12 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
             Tone::Bad,
             format!("The gap is partly explained: {}{unsure}; a significant rest has no known cause.", list(&causes)),
         ),
+        Verdict::Unexplained if is_small_rest(diagnosis) => (
+            Tone::Caution,
+            "A small rest has no known cause: the adjusted rig predicts as well as noise allows, but its balances err by a little \
+             more. No cause is named, because a wrong name would be worse than none."
+                .to_string(),
+        ),
         Verdict::Unexplained => (
             Tone::Bad,
             "There is a gap, and no known cause explains it. No cause is \
@@ -67,11 +73,20 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
     }
 }
 
+/// Whether what is left is below [`SMALL`] in every balance, and the whole model predicts the part held back as well as noise allows.
+fn is_small_rest(diagnosis: &Diagnosis) -> bool {
+    let small = diagnosis.balances.iter().all(|balance| balance.extended_misfit < SMALL);
+    small && diagnosis.gain.as_ref().is_some_and(Gain::closed)
+}
+
+/// Below this misfit, in times noise, a balance errs by little: its errors are told by being no white noise.
+const SMALL: f64 = 1.5;
+
 /// A balance that noise does not explain, and by how much.
 fn open_balance(balance: &Balance) -> String {
     let name = balance_name(balance.channel);
-    if balance.extended_misfit < 1.5 {
-        return format!("the {name}, whose errors are no white noise");
+    if balance.extended_misfit < SMALL {
+        return format!("the {name} ({:.2} times the misfit of noise, and not white)", balance.extended_misfit);
     }
     format!("the {name} with {:.1} times the misfit of noise", balance.extended_misfit)
 }
