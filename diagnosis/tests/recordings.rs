@@ -191,6 +191,22 @@ fn a_rig_with_everything_gets_no_wrong_name_and_most_of_its_gap_is_closed() {
     assert!(gain > 0.8 * gap, "{:.2} of {gap:.5} m closed", gain / gap);
 }
 
+/// A rig as its data sheets describe it but for one `change`, its supply measured.
+fn bought(
+    sheet: &RigFile,
+    change: impl FnOnce(&mut Rig<f64>, &mut Xoshiro256PlusPlus),
+    causes: Vec<Cause>,
+    seed: u64,
+) -> Case {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + seed);
+    let mut chain = Chain::standard(sheet.io.position_range_m);
+    chain.columns.push(Column::PSup);
+    let mut truth = sheet.rig;
+    change(&mut truth, &mut rng);
+    let experiment = Family::Mixed.draw(&sheet.rig, 30.0, &mut rng);
+    Case { truth, causes, experiment, law: Law::for_rig(&sheet.rig, 1.0), chain, seed, rig_file: sheet.clone() }
+}
+
 /// Data sheets give a curve that is read off a drawing, and one time constant: a spool of higher order acts later than that. Nobody
 /// would act on either, so neither is a cause, nor keeps another from being found.
 #[test]
@@ -200,21 +216,10 @@ fn a_valve_that_differs_from_its_data_sheet_as_drawings_and_time_constants_do_is
     let (late, leak) = (Effect::LineDelay, Effect::LeakChamberA);
     let hidden = [vec![], vec![Cause::Catalogue(leak, [4.0e-10, 0.0, 0.0])]];
     for (seed, hidden) in hidden.into_iter().enumerate().skip(2 - of(2, 1)) {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + seed as u64);
-        let mut chain = Chain::standard(sheet.io.position_range_m);
-        chain.columns.push(Column::PSup);
-        let mut truth = sheet.rig;
-        truth.opening = true_opening(&sheet.rig.opening, 0.01, &mut rng);
         let named: Vec<&str> = hidden.iter().map(Cause::id).collect();
-        let case = Case {
-            truth,
-            causes: hidden.iter().cloned().chain([Cause::Catalogue(late, [0.4e-3, 0.0, 0.0])]).collect(),
-            experiment: Family::Mixed.draw(&sheet.rig, 30.0, &mut rng),
-            law: Law::for_rig(&sheet.rig, 1.0),
-            chain,
-            seed: seed as u64,
-            rig_file: sheet.clone(),
-        };
+        let causes = hidden.iter().cloned().chain([Cause::Catalogue(late, [0.4e-3, 0.0, 0.0])]).collect();
+        let drawn = |truth: &mut Rig<f64>, rng: &mut _| truth.opening = true_opening(&sheet.rig.opening, 0.01, rng);
+        let case = bought(&sheet, drawn, causes, seed as u64);
         let found = diagnose(&sheet, &case.record().0, &|_| {}).expect("a full log");
         let causes: Vec<&str> = found.causes.iter().map(|cause| &cause.id[..]).collect();
         assert_eq!(causes, named, "{:?}, leads {:?}", found.verdict, found.leads);
@@ -235,21 +240,9 @@ fn a_spool_of_second_order_is_found_where_the_data_sheet_states_one_time_constan
     let sheet = RigFile::read(&file).expect("a shipped rig");
     let hidden = [vec![Cause::Catalogue(Effect::LeakChamberA, [4.0e-10, 0.0, 0.0])], vec![]];
     for (seed, hidden) in hidden.into_iter().enumerate().take(of(2, 1)) {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(SEED + seed as u64);
-        let mut chain = Chain::standard(sheet.io.position_range_m);
-        chain.columns.push(Column::PSup);
-        let mut truth = sheet.rig;
-        truth.valve.spool_inertia = 0.4;
         let named: Vec<&str> = hidden.iter().map(Cause::id).collect();
-        let case = Case {
-            truth,
-            causes: hidden.clone(),
-            experiment: Family::Mixed.draw(&sheet.rig, 30.0, &mut rng),
-            law: Law::for_rig(&sheet.rig, 1.0),
-            chain,
-            seed: seed as u64,
-            rig_file: sheet.clone(),
-        };
+        let second_order = |truth: &mut Rig<f64>, _: &mut _| truth.valve.spool_inertia = 0.4;
+        let case = bought(&sheet, second_order, hidden.clone(), seed as u64);
         let found = diagnose(&sheet, &case.record().0, &|_| {}).expect("a full log");
         let causes: Vec<&str> = found.causes.iter().map(|cause| &cause.id[..]).collect();
         assert_eq!(causes, named, "{:?}, leads {:?}", found.verdict, found.leads);
