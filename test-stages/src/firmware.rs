@@ -42,6 +42,8 @@ fn build(package: &str, more: &[&str]) -> Result<PathBuf, String> {
     let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
         .args(["build", "--quiet", "--profile", PROFILE, "-p", package, "--target", TARGET])
         .args(more)
+        // It would override the profile, and other code be tested than a board is flashed with.
+        .env_remove("CARGO_INCREMENTAL")
         .current_dir(&root)
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
