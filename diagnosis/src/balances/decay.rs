@@ -1,31 +1,46 @@
-//! What is left of a difference after a time: `exp(-t / time constant)`, kept for the last two times: a delayed command cuts each
-//! interval in two.
+//! What is left of a difference after a time: `exp(-t / time constant)`, kept for the last two times.
+
+/// What was computed for the last two durations, the latest first: a delayed command cuts each interval in two.
+#[derive(Clone, Copy)]
+pub(super) struct LastTwo<T>([Option<(f64, T)>; 2]);
+
+impl<T: Copy> LastTwo<T> {
+    /// Of none yet.
+    pub(super) fn none() -> Self {
+        Self([None; 2])
+    }
+
+    /// What was computed for this duration in s, or is now.
+    #[inline(always)]
+    pub(super) fn of(&mut self, duration_s: f64, compute: impl FnOnce() -> T) -> T {
+        // Intervals of an even clock differ by rounding.
+        let alike = |(known_s, _): &&(f64, T)| (duration_s - known_s).abs() <= 1.0e-9 * duration_s;
+        if let Some((_, known)) = self.0.iter().flatten().find(alike) {
+            return *known;
+        }
+        let new = compute();
+        self.0 = [Some((duration_s, new)), self.0[0]];
+        new
+    }
+}
 
 /// The decay of a first-order lag.
 #[derive(Clone, Copy)]
 pub(super) struct Decay {
     time_constant_s: f64,
-    /// The times asked for last, s, and what was left after them; the latest first.
-    last: [(f64, f64); 2],
+    last: LastTwo<f64>,
 }
 
 impl Decay {
     /// Of a lag with this time constant, s; `None` for one too short to be told from none.
     pub(super) fn of(time_constant_s: f64) -> Option<Self> {
-        (time_constant_s > 1.0e-6).then_some(Self { time_constant_s, last: [(f64::NAN, f64::NAN); 2] })
+        (time_constant_s > 1.0e-6).then(|| Self { time_constant_s, last: LastTwo::none() })
     }
 
     /// The part of a difference that is left after a time in s.
     #[inline(always)]
     pub(super) fn after(&mut self, duration_s: f64) -> f64 {
-        // Intervals of an even clock differ by rounding.
-        let alike = |known: &(f64, f64)| (duration_s - known.0).abs() <= 1.0e-9 * duration_s;
-        if let Some((_, rest)) = self.last.iter().find(|known| alike(known)) {
-            return *rest;
-        }
-        let rest = (-duration_s / self.time_constant_s).exp();
-        self.last = [(duration_s, rest), self.last[0]];
-        rest
+        self.last.of(duration_s, || (-duration_s / self.time_constant_s).exp())
     }
 }
 

@@ -1,14 +1,13 @@
 //! The spool between two changes of its target: `m tau^2 w'' + tau w' + w = u`, solved exactly (see the effect `valve-lag`).
 
-use super::decay::Decay;
+use super::decay::{Decay, LastTwo};
 use plant_model::effects::ValveLagTerms as Terms;
 
 /// A spool that follows its target with a lag.
 pub(super) struct Spool {
     lag: Terms<f64>,
     decay: Decay,
-    /// Of the last two durations; the latest first.
-    responses: [Response; 2],
+    responses: LastTwo<Response>,
     place_v: f64,
     velocity_v_per_s: f64,
 }
@@ -17,7 +16,7 @@ impl Spool {
     /// A spool at rest at 0 V; `None` where its lag is too short to be told from none.
     pub(super) fn of(lag: Terms<f64>) -> Option<Self> {
         let decay = Decay::of(lag.time_constant_s)?;
-        Some(Self { lag, decay, responses: [Response::default(); 2], place_v: 0.0, velocity_v_per_s: 0.0 })
+        Some(Self { lag, decay, responses: LastTwo::none(), place_v: 0.0, velocity_v_per_s: 0.0 })
     }
 
     pub(super) fn place_v(&self) -> f64 {
@@ -37,7 +36,7 @@ impl Spool {
             self.place_v = end;
             return mean;
         }
-        let response = self.response(duration_s);
+        let response = self.responses.of(duration_s, || Response::after(&self.lag, duration_s));
         let (tau, inertia_s2) = (self.lag.time_constant_s, self.lag.inertia * self.lag.time_constant_s.powi(2));
         let (away, velocity) = (self.place_v - target_v, self.velocity_v_per_s);
         let away_then = away * response.place_of_place + velocity * response.place_of_velocity;
@@ -47,39 +46,15 @@ impl Spool {
         (self.place_v, self.velocity_v_per_s) = (target_v + away_then, velocity_then);
         if duration_s > 0.0 { target_v + integral / duration_s } else { self.place_v }
     }
-
-    fn response(&mut self, duration_s: f64) -> Response {
-        // Intervals of an even clock differ by rounding.
-        let alike = |known: &&Response| (duration_s - known.duration_s).abs() <= 1.0e-9 * duration_s;
-        if let Some(known) = self.responses.iter().find(alike) {
-            return *known;
-        }
-        let response = Response::after(&self.lag, duration_s);
-        self.responses = [response, self.responses[0]];
-        response
-    }
 }
 
 /// What becomes of a spool's distance from its target and of its velocity within a duration.
 #[derive(Clone, Copy)]
 struct Response {
-    duration_s: f64,
     place_of_place: f64,
     place_of_velocity: f64,
     velocity_of_place: f64,
     velocity_of_velocity: f64,
-}
-
-impl Default for Response {
-    fn default() -> Self {
-        Self {
-            duration_s: f64::NAN,
-            place_of_place: 1.0,
-            place_of_velocity: 0.0,
-            velocity_of_place: 0.0,
-            velocity_of_velocity: 1.0,
-        }
-    }
 }
 
 impl Response {
@@ -99,7 +74,6 @@ impl Response {
             (decay * cosine, decay * if root > 0.0 { sine / root } else { duration_s })
         };
         Self {
-            duration_s,
             place_of_place: cosine + sigma * sine,
             place_of_velocity: sine,
             velocity_of_place: -product * sine,

@@ -201,16 +201,21 @@ fn stated_parameters(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     out
 }
 
+/// The lag of the valve that the rig file states and its tolerance, s; 0 for what it does not state.
+fn lag_s(rig: &RigFile) -> (f64, f64) {
+    let lag = Effect::ValveLag;
+    let stated_s = rig.effects.get(lag).and_then(|values| values.first()).copied().unwrap_or(0.0);
+    let part = effect_tolerances(rig).into_iter().find(|(effect, ..)| *effect == lag).map_or(0.0, |(.., part)| part);
+    (stated_s, part * stated_s)
+}
+
 /// What is left open of how late the valve acts. Filters and converters make all sensors a little late against the command, on any rig.
 /// And data sheets describe a valve by one number: a spool of higher order acts later than one time constant says, by no more than what
 /// is open of that. Behind hoses the first wave arrives after the time of sound, but in the mean a line that a chamber closes fills it
 /// without delay: what the model has of it may be less, down to nothing.
 fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let channels = effects::channels(Effect::LineDelay) & judgeable;
-    let lag_s = rig.effects.get(Effect::ValveLag).and_then(|values| values.first()).copied().unwrap_or(0.0);
-    let tolerances = effect_tolerances(rig);
-    let of_lag_s =
-        tolerances.iter().find(|(effect, ..)| *effect == Effect::ValveLag).map_or(0.0, |(.., part)| part * lag_s);
+    let (_, of_lag_s) = lag_s(rig);
     let tolerance = of_lag_s.max(constants::sensors_late_s());
     // No more: a delay that is plainly there has a cause.
     let farthest = constants::weather_farthest() * tolerance;
@@ -231,18 +236,16 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
 /// What a data sheet's one number leaves open of a spool that lags: whether its lag is of first or of second order.
 fn spool_inertia(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let key = Place::spool_inertia.key();
-    let lag = Effect::ValveLag;
-    let lags = rig.effects.get(lag).is_some_and(|values| values[0] > 0.0);
-    let open = effect_tolerances(rig).iter().any(|(effect, _, part)| *effect == lag && *part > 0.0);
+    let (lag_s, of_lag_s) = lag_s(rig);
     let nominal = key.get(&rig.rig);
     let tolerance = match rig.tolerance.own(key.path) {
         Some(own) => own * nominal,
-        None if open => constants::spool_inertia(),
+        None if of_lag_s > 0.0 => constants::spool_inertia(),
         None => 0.0,
     };
     let farthest = constants::farthest_nominal() * tolerance;
-    let channels = effects::channels(lag) & judgeable;
-    (lags && channels != 0 && tolerance > 0.0).then_some(Parameter {
+    let channels = effects::channels(Effect::ValveLag) & judgeable;
+    (lag_s > 0.0 && channels != 0 && tolerance > 0.0).then_some(Parameter {
         slot: Slot::Nominal(key),
         neutral: nominal,
         scale: tolerance,

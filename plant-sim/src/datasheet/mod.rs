@@ -266,14 +266,14 @@ impl SetUp {
             ),
         };
         state(LAG, lag_words.into(), Some(lag_tolerance));
-        let most = format!("data sheet: at most {} % of the stroke, half of it expected", 100.0 * HYSTERESIS);
-        state(PLAY, most, Some(HYSTERESIS_TOLERANCE));
         let mut file = RigFile::new(self.name.clone(), rig);
         file.effects.set(Effect::ValveLag, &[lag_s]);
         file.tolerance.set_effect(Effect::ValveLag, 0, lag_tolerance);
         file.io.position_range_m = self.position_mm.map(|mm| mm / 1.0e3);
         file.io.pressure_range_pa = self.pressure_bar.map(|bar| ATMOSPHERE_PA + bar * 1.0e5);
         if let Flow::Type(_) = self.flow {
+            let most = format!("data sheet: at most {} % of the stroke, half of it expected", 100.0 * HYSTERESIS);
+            state(PLAY, most, Some(HYSTERESIS_TOLERANCE));
             file.effects.set(Effect::ValveHysteresis, &[0.5 * HYSTERESIS * STROKE_V]);
             file.tolerance.set_effect(Effect::ValveHysteresis, 0, HYSTERESIS_TOLERANCE);
         }
