@@ -272,6 +272,15 @@ constants! {
         stated_lag: f64 = 0.3, "of the value",
             "A lag of the valve that has no tolerance of its own is known no better, unless the rig file calls all values exact.",
             "a catalogue's switching time for a spool of any order and stroke; the shipped rig files state 0.3";
+        corner_rounding: f64 = 0.01, "of max_voltage_v",
+            "Standard deviation of valve.corner_rounding_v where the rig file has a table of the opening.",
+            "edges of spool and sleeve are broken by some um and have as much play, on a stroke of 1 mm: half of it per um";
+        exhaust_overlap: f64 = 0.005, "of max_voltage_v",
+            "Standard deviation of valve.exhaust_overlap_v there.",
+            "edges of spool and sleeve are ground to some um of a stroke of 1 mm";
+        opening_smoothness: f64 = 0.5, "",
+            "Standard deviation of valve.opening_smoothness there.",
+            "any curve between straight lines and the cubic equally likely: root mean square from either, 0.58";
         spool_inertia: f64 = 0.25, "",
             "Standard deviation of valve.spool_inertia where the rig file states the lag alone, corrected by four of it at most.",
             "damping ratios of spools lie about 0.7 and 1: 0.5 and 0.25; and of 0.5 at least: 1";

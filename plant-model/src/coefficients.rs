@@ -20,6 +20,8 @@ pub struct Coefficients<R> {
     pub supply_pa: R,
     /// Dead zone of the valve.
     pub dead_zone: DeadZone<R>,
+    /// By how much the paths to atmosphere open later than those from the supply, V.
+    pub exhaust_overlap_v: R,
     /// Largest command magnitude the valve follows, V.
     pub max_voltage_v: R,
     /// The valve's paths to and from chamber A.

@@ -13,6 +13,8 @@ pub struct DeadZone<R> {
     pub slope_right: R,
     /// Slope left of the dead zone `me`.
     pub slope_left: R,
+    /// How far from a break-point its rounding reaches on either side, V; 0 for the sharp corners of (3.1).
+    pub rounding_v: R,
 }
 
 impl<R: Real> DeadZone<R> {
@@ -20,6 +22,9 @@ impl<R: Real> DeadZone<R> {
     #[inline]
     #[must_use]
     pub fn output_v(&self, u: R) -> R {
+        if self.rounding_v > R::ZERO {
+            return self.rounded(u).0;
+        }
         if u >= self.right_v {
             self.slope_right * (u - self.right_v)
         } else if u <= self.left_v {
@@ -33,6 +38,9 @@ impl<R: Real> DeadZone<R> {
     #[inline]
     #[must_use]
     pub fn gain(&self, u: R) -> R {
+        if self.rounding_v > R::ZERO {
+            return self.rounded(u).1;
+        }
         if u >= self.right_v {
             self.slope_right
         } else if u <= self.left_v {
@@ -40,5 +48,83 @@ impl<R: Real> DeadZone<R> {
         } else {
             R::ZERO
         }
+    }
+
+    /// The break-points less their rounding, V: between them nothing flows. Where the roundings meet, they cross.
+    #[must_use]
+    pub fn closed_v(&self) -> [R; 2] {
+        [self.left_v + self.rounding_v, self.right_v - self.rounding_v]
+    }
+
+    /// The same zone with both break-points further out by `overlap_v`, or nearer by a negative one until they meet.
+    #[must_use]
+    pub fn widened(&self, overlap_v: R) -> Self {
+        let half_v = (self.right_v - self.left_v) * R::HALF;
+        let overlap_v = overlap_v.at_least(-half_v);
+        Self { right_v: self.right_v + overlap_v, left_v: self.left_v - overlap_v, ..*self }
+    }
+
+    /// `w` and `dw/du` with rounded corners. The two sides add up, where the roundings meet.
+    #[inline(never)]
+    fn rounded(&self, u: R) -> (R, R) {
+        let [right, left] = [u - self.right_v, self.left_v - u].map(|beyond| self.beyond_corner(beyond));
+        (self.slope_right * right.0 - self.slope_left * left.0, self.slope_right * right.1 + self.slope_left * left.1)
+    }
+
+    /// What a corner makes of the distance beyond it in V, and the derivative: nothing before the rounding, the parabola
+    /// `(x + r)² / (4 r)` in it, the distance behind it.
+    fn beyond_corner(&self, x: R) -> (R, R) {
+        let r = self.rounding_v;
+        if x <= -r {
+            (R::ZERO, R::ZERO)
+        } else if x >= r {
+            (x, R::ONE)
+        } else {
+            let part = (x + r) / (r + r);
+            (part * (x + r) * R::HALF, part)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHARP: DeadZone<f64> =
+        DeadZone { right_v: 0.6, left_v: -0.4, slope_right: 1.2, slope_left: 0.8, rounding_v: 0.0 };
+
+    #[test]
+    fn rounded_corners_join_the_sharp_ones_and_their_gain_is_the_derivative() {
+        for rounding_v in [0.05, 0.3, 0.9] {
+            let round = DeadZone { rounding_v, ..SHARP };
+            let [left, right] = round.closed_v();
+            for k in -3000..=3000 {
+                let u = 1.0e-3 * f64::from(k);
+                let w = round.output_v(u);
+                if u > SHARP.right_v.max(SHARP.left_v + rounding_v) + rounding_v
+                    || u < SHARP.left_v.min(SHARP.right_v - rounding_v) - rounding_v
+                {
+                    assert!((w - SHARP.output_v(u)).abs() < 1e-12, "{rounding_v} {u}");
+                }
+                if left < u && u < right {
+                    assert_eq!(w, 0.0);
+                }
+                let step = 1.0e-6;
+                let slope = (round.output_v(u + step) - round.output_v(u - step)) / (2.0 * step);
+                assert!((round.gain(u) - slope).abs() < 1e-5, "{rounding_v} {u}: {} {slope}", round.gain(u));
+                assert!(round.gain(u) >= 0.0);
+            }
+        }
+        // In the corner itself a quarter of the rounding passes.
+        let round = DeadZone { rounding_v: 0.1, ..SHARP };
+        assert!((round.output_v(0.6) - 1.2 * 0.025).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_zone_widens_on_both_sides_and_narrows_until_it_is_closed() {
+        let wide = SHARP.widened(0.1);
+        assert_eq!([wide.left_v, wide.right_v], [-0.5, 0.7]);
+        let none = SHARP.widened(-2.0);
+        assert!((none.left_v - 0.1).abs() < 1e-12 && (none.right_v - 0.1).abs() < 1e-12);
     }
 }

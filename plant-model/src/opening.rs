@@ -17,8 +17,8 @@ pub enum OpeningCurve<R> {
 
 impl<R: Real> OpeningCurve<R> {
     /// `None` without a table.
-    pub(crate) fn of(table: &OpeningTable<R>) -> Option<Self> {
-        OpeningPoints::of(table).map(Self::Points)
+    pub(crate) fn of(table: &OpeningTable<R>, smoothness: R) -> Option<Self> {
+        OpeningPoints::of(table, smoothness).map(Self::Points)
     }
 
     /// Magnitude in rad at an effective command in V, and its derivative by the command's magnitude in rad/V.

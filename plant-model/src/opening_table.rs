@@ -9,8 +9,8 @@ use crate::real::Real;
 pub const OPENING_POINTS: usize = 32;
 
 /// Command in V and relative opening by point, commands rising. The opening is positive where chamber A is filled and B
-/// exhausted, negative the other way round, ±1 where the valve is fully open. Between points it is a straight line,
-/// beyond the last ones it stays.
+/// exhausted, negative the other way round, ±1 where the valve is fully open. Between points it is a straight line, or a
+/// cubic as far as `valve.opening_smoothness` says; beyond the last ones it stays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpeningTable<R> {
     points: [[R; 2]; OPENING_POINTS],
@@ -132,17 +132,19 @@ pub struct OpeningPoints<R> {
     points: [[R; 2]; OPENING_POINTS],
     positive: u8,
     count: u8,
+    /// The part that the cubic has of the curve between points; the rest is straight.
+    smoothness: R,
 }
 
 impl<R: Real> OpeningPoints<R> {
     /// `None` without a table.
-    pub(crate) fn of(table: &OpeningTable<R>) -> Option<Self> {
+    pub(crate) fn of(table: &OpeningTable<R>, smoothness: R) -> Option<Self> {
         if table.is_empty() {
             return None;
         }
         let [left, right] = table.closed_v();
         let full = R::PI * R::HALF;
-        let mut curve = Self { points: [[R::ZERO; 2]; OPENING_POINTS], positive: 0, count: 0 };
+        let mut curve = Self { points: [[R::ZERO; 2]; OPENING_POINTS], positive: 0, count: 0, smoothness };
         let mut push = |distance: R, opening: R| {
             if let Some(point) = curve.points.get_mut(usize::from(curve.count)) {
                 *point = [distance, opening * full];
@@ -167,10 +169,16 @@ impl<R: Real> OpeningPoints<R> {
         let side = self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[]);
         let distance = w.abs();
         let [mut before, mut opening] = [R::ZERO; 2];
-        for [after, wider] in side {
+        for (k, [after, wider]) in side.iter().enumerate() {
             if distance < *after {
                 let slope = (*wider - opening) / (*after - before);
-                return (opening + slope * (distance - before), slope);
+                let straight = (opening + slope * (distance - before), slope);
+                if self.smoothness == R::ZERO {
+                    return straight;
+                }
+                let cubic = cubic(side, k, distance);
+                let blend = |straight: R, cubic: R| straight + self.smoothness * (cubic - straight);
+                return (blend(straight.0, cubic.0), blend(straight.1, cubic.1));
             }
             [before, opening] = [*after, *wider];
         }
@@ -178,9 +186,49 @@ impl<R: Real> OpeningPoints<R> {
     }
 }
 
+/// Length and slope of the `k`-th line of a side: from the point before to point `k`, the end of flow being the first one's.
+fn line<R: Real>(side: &[[R; 2]], k: usize) -> Option<(R, R)> {
+    let [to, opening] = side.get(k)?;
+    let [from, narrower] = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
+    let length = *to - from;
+    Some((length, (*opening - narrower) / length))
+}
+
+/// The slope of the monotone cubic where the `k`-th line of a side begins: of the parabola through the three points there, at most
+/// three times that of the flatter line beside it (Hyman 1983; de Boor and Swartz 1977).
+fn node_slope<R: Real>(side: &[[R; 2]], k: usize) -> R {
+    let three = R::ONE + R::ONE + R::ONE;
+    let end = |near: (R, R), far: Option<(R, R)>| {
+        far.map_or(near.1, |far| near.1 + near.0 * (near.1 - far.1) / (near.0 + far.0)).at_least(R::ZERO)
+    };
+    match (k.checked_sub(1).and_then(|before| line(side, before)), line(side, k)) {
+        (Some(before), Some(after)) => {
+            let parabola = (after.0 * before.1 + before.0 * after.1) / (before.0 + after.0);
+            parabola.at_most(three * before.1.at_most(after.1))
+        }
+        (None, Some(first)) => end(first, line(side, 1)),
+        (Some(last), None) => end(last, k.checked_sub(2).and_then(|before| line(side, before))),
+        (None, None) => R::ZERO,
+    }
+}
+
+/// The monotone cubic of a side's `k`-th line at a distance in V on it, rad, and its derivative, rad/V.
+#[inline(never)]
+fn cubic<R: Real>(side: &[[R; 2]], k: usize, distance: R) -> (R, R) {
+    let (Some((length, slope)), Some([to, opening])) = (line(side, k), side.get(k)) else { return (R::ZERO, R::ZERO) };
+    let [begins, ends] = [node_slope(side, k), node_slope(side, k + 1)];
+    let (two, three) = (R::ONE + R::ONE, R::ONE + R::ONE + R::ONE);
+    // Backwards from the end of the line.
+    let (left, part) = (*to - distance, (*to - distance) / length);
+    let [curve, bend] = [three * slope - two * ends - begins, begins + ends - two * slope];
+    let value = *opening - left * (ends + part * (curve + part * bend));
+    (value, ends + part * (two * curve + three * part * bend))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec;
     use std::vec::Vec;
 
     const POINTS: [[f64; 2]; 7] =
@@ -190,23 +238,61 @@ mod tests {
     fn the_opening_passes_through_every_point_and_is_continuous_over_the_whole_range() {
         let table = OpeningTable::new(&POINTS).unwrap();
         assert_eq!(table.closed_v(), [-0.4, 0.5]);
-        let curve = OpeningPoints::of(&table).unwrap();
-        let opening = |u: f64| {
-            let w = if u > 0.5 {
-                u - 0.5
-            } else if u < -0.4 {
-                u + 0.4
-            } else {
-                0.0
+        for (smoothness, steepest) in [(0.0, 0.351e-3), (0.5, 0.44e-3), (1.0, 0.53e-3)] {
+            let curve = OpeningPoints::of(&table, smoothness).unwrap();
+            let at = |u: f64| {
+                let w = if u > 0.5 {
+                    u - 0.5
+                } else if u < -0.4 {
+                    u + 0.4
+                } else {
+                    0.0
+                };
+                let (opening, slope) = curve.at(w);
+                let full = core::f64::consts::FRAC_PI_2;
+                (w.signum() * opening / full, if w == 0.0 { 0.0 } else { slope / full })
             };
-            w.signum() * curve.at(w).0 / core::f64::consts::FRAC_PI_2
-        };
-        for [u, fraction] in POINTS {
-            assert!((opening(u) - fraction).abs() < 1e-12, "{u} V: {}", opening(u));
+            for [u, fraction] in POINTS {
+                assert!((at(u).0 - fraction).abs() < 1e-12, "{u} V: {}", at(u).0);
+            }
+            let curve: Vec<(f64, f64)> = (-6000..6000).map(|k| at(f64::from(k) * 1e-3)).collect();
+            assert!(curve.windows(2).all(|pair| (0.0..steepest).contains(&(pair[1].0 - pair[0].0))));
+            // Between two points the slope is the derivative; a smooth curve has one in the points beyond the end of flow, too.
+            for pair in curve.windows(2) {
+                let (rise, slope) = ((pair[1].0 - pair[0].0) / 1e-3, 0.5 * (pair[0].1 + pair[1].1));
+                let kinks = (pair[1].1 - pair[0].1).abs() > 2e-3;
+                assert!(kinks || (rise - slope).abs() < 2e-4, "{rise} {slope}");
+            }
+            let kinks = curve.windows(2).filter(|pair| (pair[1].1 - pair[0].1).abs() > 2e-3).count();
+            let expected = if smoothness == 1.0 { 4 } else { 7 };
+            assert_eq!(kinks, expected, "ends of flow, of the table, and the points between unless it is smooth");
         }
-        let steps: Vec<f64> = (-6000..6000).map(|k| opening(f64::from(k) * 1e-3)).collect();
-        // The steepest part of the table, 0.35 per V.
-        assert!(steps.windows(2).all(|pair| (0.0..0.36e-3).contains(&(pair[1] - pair[0]))));
+    }
+
+    #[test]
+    fn points_of_a_rounded_corner_are_joined_more_closely_by_the_cubic_than_by_straight_lines() {
+        // A corner rounded over 75 mV, read every 50 mV.
+        let exact = |u: f64| {
+            if u < 0.125 {
+                0.0
+            } else if u < 0.275 {
+                (u - 0.125).powi(2) / 0.3
+            } else {
+                u - 0.2
+            }
+        };
+        let mut points = vec![[-5.0, -1.0], [0.125, 0.0]];
+        points.extend([0.175, 0.225, 0.275, 0.35, 0.5, 0.75, 1.2].map(|u| [u, exact(u)]));
+        let table = OpeningTable::new(&points).unwrap();
+        let worst = |smoothness: f64, range: core::ops::Range<i32>| {
+            let curve = OpeningPoints::of(&table, smoothness).unwrap();
+            let error = |u: f64| curve.at(u - 0.125).0 / core::f64::consts::FRAC_PI_2 - exact(u);
+            range.map(|k| error(1e-3 * f64::from(k)).abs()).fold(0.0, f64::max)
+        };
+        let sagitta = 0.05_f64.powi(2) / 1.2;
+        assert!((worst(0.0, 126..275) - sagitta).abs() < 1e-12);
+        assert!(worst(1.0, 126..225) < 1e-12, "a parabola is kept as it is");
+        assert!(worst(1.0, 225..1200) < 0.6 * sagitta, "the end of the rounding lies in a point");
     }
 
     #[test]

@@ -73,6 +73,8 @@ pub struct Plant<R> {
     pub(crate) orifices_a: Orifices<R>,
     pub(crate) orifices_b: Orifices<R>,
     curve: Option<OpeningCurve<R>>,
+    /// The dead zone of the paths to atmosphere, where it is another.
+    pub(crate) exhaust_zone: Option<DeadZone<R>>,
     pub(crate) lugre: LuGre<R>,
     /// `R n T`, J/kg.
     pub(crate) energy: R,
@@ -144,7 +146,9 @@ impl<R: Real> Plant<R> {
                 left_v: v.dead_zone_left_v,
                 slope_right: v.slope_right,
                 slope_left: v.slope_left,
+                rounding_v: v.corner_rounding_v,
             },
+            exhaust_overlap_v: v.exhaust_overlap_v,
             max_voltage_v: v.max_voltage_v,
             valve_a: Self::valve_paths(rig, Side::A),
             valve_b: Self::valve_paths(rig, Side::B),
@@ -251,7 +255,10 @@ impl<R: Real> Plant<R> {
         Self {
             orifices_a,
             orifices_b,
-            curve: added.opening_curve.curve.map(OpeningCurve::Parabola).or_else(|| OpeningCurve::of(&rig.opening)),
+            curve: (added.opening_curve.curve.map(OpeningCurve::Parabola))
+                .or_else(|| OpeningCurve::of(&rig.opening, rig.valve.opening_smoothness)),
+            exhaust_zone: (model.exhaust_overlap_v != R::ZERO)
+                .then(|| model.dead_zone.widened(model.exhaust_overlap_v)),
             weight_n,
             lugre: LuGre {
                 stiffness: model.stiffness,
@@ -356,7 +363,21 @@ impl<R: Real> Plant<R> {
     #[inline]
     #[must_use]
     pub fn opening(&self, spool_v: R) -> Opening<R> {
-        self.opening_at(self.model.dead_zone.output_v(spool_v))
+        let opening = self.opening_at(self.model.dead_zone.output_v(spool_v));
+        match &self.exhaust_zone {
+            None => opening,
+            Some(zone) => self.with_exhaust(opening, zone.output_v(spool_v)),
+        }
+    }
+
+    /// The opening with its paths to atmosphere at an effective command of their own, V. Where they alone are open, they say
+    /// which way.
+    #[cold]
+    #[inline(never)]
+    fn with_exhaust(&self, opening: Opening<R>, w: R) -> Opening<R> {
+        let there = self.opening_at(w);
+        let fills_a = if opening.magnitude > R::ZERO { opening.fills_a } else { there.fills_a };
+        Opening { exhaust: there.magnitude, fills_a, ..opening }
     }
 
     /// The opening at an effective command in V.
@@ -364,7 +385,7 @@ impl<R: Real> Plant<R> {
     pub(crate) fn opening_at(&self, w: R) -> Opening<R> {
         match &self.curve {
             None => Opening::at(w),
-            Some(curve) => Opening { w, magnitude: curve.at(w).0, fills_a: w >= R::ZERO },
+            Some(curve) => Opening::open(w, curve.at(w).0),
         }
     }
 
@@ -381,6 +402,12 @@ impl<R: Real> Plant<R> {
         }
     }
 
+    /// The dead zone of the paths to atmosphere, if they have one of their own.
+    #[must_use]
+    pub fn exhaust_zone(&self) -> Option<&DeadZone<R>> {
+        self.exhaust_zone.as_ref()
+    }
+
     /// The curve by which the valve opens, if it is not the arc tangent.
     #[must_use]
     pub fn opening_curve(&self) -> Option<&OpeningCurve<R>> {
@@ -393,6 +420,8 @@ impl<R: Real> Plant<R> {
     pub fn differs_in_opening_only(&self, other: &Self) -> bool {
         let mut alike = *other;
         alike.model.dead_zone = self.model.dead_zone;
+        alike.model.exhaust_overlap_v = self.model.exhaust_overlap_v;
+        alike.exhaust_zone = self.exhaust_zone;
         alike.model.spool_inertia = self.model.spool_inertia;
         alike.curve = self.curve;
         alike.added.opening_curve = self.added.opening_curve;

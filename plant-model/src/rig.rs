@@ -182,6 +182,12 @@ rig! {
         max_voltage_v = 5.0, "V", 1.0e-3 => 1.0e3;
         /// Inertia of the spool, `1 / (4 ζ²)` with its damping ratio `ζ`, beside the effect `valve-lag`; absent: a lag of first order.
         spool_inertia = 0.0, "", 0.0 => 2.0, optional;
+        /// How far from a break-point of the dead zone, or of the table's, its corner is rounded on either side; absent: sharp.
+        corner_rounding_v = 0.0, "V", 0.0 => 1.0e3, optional;
+        /// By how much the paths to atmosphere open later than those from the supply on either side, sooner if negative; absent: together.
+        exhaust_overlap_v = 0.0, "V", -1.0e3 => 1.0e3, optional;
+        /// How smooth the opening runs between the points of `valve.opening`: 1 by a monotone cubic, absent straight.
+        opening_smoothness = 0.0, "", 0.0 => 1.0, optional;
     }
     /// The double-acting cylinder (Table 2).
     cylinder: Cylinder {

@@ -1,6 +1,7 @@
 //! The right-hand side: every equation's rate and its partial derivatives, evaluated in one pass.
 
 use crate::chamber::{PressureRate, Volume};
+use crate::dead_zone::DeadZone;
 use crate::effects::terms::{Chamber, ChamberFlow, Force, Seal, Side, Term};
 use crate::effects::{Added, WarmthRate};
 use crate::friction::Level;
@@ -84,12 +85,14 @@ impl<R: Real> Plant<R> {
     pub(crate) fn drive_from(&self, inputs: &Inputs<R>, last: &mut Opening<R>) -> Drive<R> {
         let command_v = inputs.u_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
         let w = self.model.dead_zone.output_v(command_v);
-        if w != last.w {
+        if self.exhaust_zone.is_some() {
+            *last = self.opening(command_v);
+        } else if w != last.w {
             *last = self.opening_at(w);
         }
         let opening = *last;
         let connect = |orifices: &Orifices<R>, filling| {
-            orifices.connect(filling, opening.magnitude, inputs.supply_pa, self.model.atmosphere_pa)
+            orifices.connect(filling, opening.through(filling), inputs.supply_pa, self.model.atmosphere_pa)
         };
         Drive {
             command_v,
@@ -262,7 +265,8 @@ impl<R: Real> Plant<R> {
         let (fills_a, fills_b) = (opening.fills_a, !opening.fills_a);
         let (valve_a, valve_b) = if EXTENDED {
             let flow = |orifices: &Orifices<R>, distance, filling, p| {
-                orifices.inflow_at(distance, filling, opening.magnitude, p, state.p_sup_pa, m.atmosphere_pa)
+                let magnitude = opening.through(filling);
+                orifices.inflow_at(distance, filling, magnitude, p, state.p_sup_pa, m.atmosphere_pa)
             };
             (
                 flow(&self.orifices_a, m.half_stroke_m + y, fills_a, p_a),
@@ -341,13 +345,18 @@ impl<R: Real> Plant<R> {
                 jacobian.b_y -= valve_b.by_distance * rate_b.by_mass_flow;
                 jacobian.a_b = flow_a.by_other * rate_a.by_mass_flow;
                 jacobian.b_a = flow_b.by_other * rate_b.by_mass_flow;
-                let (gain_a, gain_b) = if opening.magnitude > zero {
-                    let slope = self.gain_per_v(&opening) * m.dead_zone.gain(state.spool_v) / opening.magnitude;
-                    let gain = |valve: &Flow<R>| valve.mass_flow * slope * valve.opening_exponent;
-                    (gain(&valve_a), gain(&valve_b))
-                } else {
-                    (zero, zero)
+                let slope = |zone: &DeadZone<R>, opening: &Opening<R>| {
+                    let open = opening.magnitude > zero;
+                    let per_v = || self.gain_per_v(opening) * zone.gain(state.spool_v) / opening.magnitude;
+                    if open { per_v() } else { zero }
                 };
+                let fill = slope(&m.dead_zone, &opening);
+                let exhaust = (self.exhaust_zone.as_ref())
+                    .map_or(fill, |zone| slope(zone, &self.opening_at(zone.output_v(state.spool_v))));
+                let gain = |valve: &Flow<R>, filling: bool| {
+                    valve.mass_flow * if filling { fill } else { exhaust } * valve.opening_exponent
+                };
+                let (gain_a, gain_b) = (gain(&valve_a, fills_a), gain(&valve_b, fills_b));
                 jacobian.a_supply = valve_a.by_supply * rate_a.by_mass_flow;
                 jacobian.b_supply = valve_b.by_supply * rate_b.by_mass_flow;
                 jacobian.a_spool = gain_a * rate_a.by_mass_flow;

@@ -470,11 +470,13 @@ mod tests {
             bought in 0..5u8,
             warmths in (-0.15f64..0.15, -0.15f64..0.15),
             spool in (prop_oneof![Just(0.0), 0.05f64..1.5], -300.0f64..300.0),
+            corners in (prop_oneof![Just(0.0), 0.02f64..0.4], prop_oneof![Just(0.0), -0.4f64..0.4], prop_oneof![Just(0.0), 0.3f64..1.0]),
             r in proptest::array::uniform12(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
             rig.friction.damping_n_s_per_m = 450.0;
             rig.valve.spool_inertia = spool.0;
+            (rig.valve.corner_rounding_v, rig.valve.exhaust_overlap_v) = (corners.0, corners.1);
             // The fourth has all but ISO 6358 and its opening.
             if (1..4).contains(&bought) {
                 let v = &mut rig.valve;
@@ -487,6 +489,7 @@ mod tests {
                 let points = [[-5.0, -1.0], [-0.5, -0.1], [0.1, 0.0], [0.3, 0.0], [1.5, 0.4], [4.0, 1.0]];
                 rig.opening = crate::OpeningTable::new(&points).unwrap();
                 [rig.valve.dead_zone_left_v, rig.valve.dead_zone_right_v] = rig.opening.closed_v();
+                rig.valve.opening_smoothness = corners.2;
             }
             if bought > 1 {
                 let hoses = &mut rig.hoses;

@@ -14,6 +14,8 @@ pub struct Opening<R> {
     pub w: R,
     /// `|atan(2 w)|`, rad, 0 to pi/2, where the 2 carries 1/V; or by a table, of which full opening is pi/2.
     pub magnitude: R,
+    /// The magnitude of the paths to atmosphere, which open elsewhere on a valve with `exhaust_overlap_v`.
+    pub exhaust: R,
     /// Whether chamber A is filled and B exhausted (`w >= 0`), or the other way round.
     pub fills_a: bool,
 }
@@ -23,7 +25,21 @@ impl<R: Real> Opening<R> {
     #[inline]
     #[must_use]
     pub fn at(w: R) -> Self {
-        Self { w, magnitude: (w + w).abs().atan(), fills_a: w >= R::ZERO }
+        Self::open(w, (w + w).abs().atan())
+    }
+
+    /// All paths open by `magnitude` in rad at effective command `w` in V.
+    #[inline]
+    #[must_use]
+    pub(crate) fn open(w: R, magnitude: R) -> Self {
+        Self { w, magnitude, exhaust: magnitude, fills_a: w >= R::ZERO }
+    }
+
+    /// Magnitude in rad of the path that a chamber is filled through, or exhausted.
+    #[inline]
+    #[must_use]
+    pub fn through(&self, filling: bool) -> R {
+        if filling { self.magnitude } else { self.exhaust }
     }
 
     /// Derivative of the arc tangent's magnitude by `w`, 1/V.

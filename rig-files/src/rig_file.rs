@@ -112,8 +112,7 @@ impl RigFile {
                 located(error.key, format!("= {} must {}", Short(error.value), error.must), line)
             })?;
         }
-        let inertia = Place::spool_inertia.key();
-        if let Some(entry) = given.entry(inertia.path)
+        if let Some(entry) = given.entry(Place::spool_inertia.key().path)
             && parsed.effects.get(Effect::ValveLag).is_none()
         {
             return Err(entry.error(
@@ -229,6 +228,12 @@ impl<'d> Given<'d> {
                 return Err(entry.error(
                     "belongs to the paper's linear flow law",
                     "remove it beside `flow_law = \"iso6358\"`; the conductances take its place",
+                ));
+            }
+            if self.opening.is_none() && key.path == Place::opening_smoothness.key().path {
+                return Err(entry.error(
+                    "says how a table of the opening runs between its points, and there is none",
+                    "state `opening` under [valve], or remove it",
                 ));
             }
             if self.opening.is_some() && OPENING_REPLACES.contains(&key.path) {

@@ -192,15 +192,16 @@ impl Pneumatics {
         };
         let zone = plant.dead_zone();
         let knot = |part: f64| {
-            let side = |edge_v: f64, end_v: f64| {
+            let side = |edge_v: f64, slope: f64, end_v: f64| {
                 let (mut low, mut high) = (edge_v, end_v);
                 for _ in 0..50 {
                     let middle = 0.5 * (low + high);
                     if opening(plant.opening(middle).magnitude) < part { low = middle } else { high = middle }
                 }
-                plant.opening(high).w.abs()
+                // By the sharp corner, which the law's inverse dead zone has.
+                (slope * (high - edge_v)).abs()
             };
-            0.5 * (side(zone.right_v, most_v) + side(zone.left_v, -most_v))
+            0.5 * (side(zone.right_v, zone.slope_right, most_v) + side(zone.left_v, zone.slope_left, -most_v))
         };
         let mut opening_v = OPENING_KNOTS.map(knot);
         let mut last = 0.0;

@@ -72,6 +72,12 @@ const BAD: &[(&str, &str, &[&str])] = &[
     ),
     ("slope_right", "spool_inertia = 0.4\nslope_right", &["line 17", "valve.spool_inertia", "[effects.valve-lag]"]),
     ("slope_right", "spool_inertia = 2.5\nslope_right", &["line 17", "valve.spool_inertia", "2.5", "0 to 2"]),
+    ("slope_right", "opening_smoothness = 0.4\nslope_right", &["line 17", "valve.opening_smoothness", "`opening`"]),
+    (
+        "slope_right",
+        "corner_rounding_v = -0.1\nslope_right",
+        &["line 17", "valve.corner_rounding_v", "-0.1", "0 to 1000"],
+    ),
     (END, "default = 0.02\n[effects]\nvalve-lag = 3", &["line 50", "effects.valve-lag", "must be a table"]),
     ("name = \"paper case (a)\"", "name = 7", &["name", "quotes"]),
     ("name = \"paper case (a)\"", "nam = \"x\"", &["line 1", "nam", "did you mean `name`"]),

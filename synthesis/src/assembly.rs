@@ -4,6 +4,7 @@ use crate::air_way::{Path, Tube, mass_conductance};
 use crate::cause::Cause;
 use crate::effects;
 use crate::foreign::Foreign;
+use crate::opening::sides;
 use crate::physics::{Outside, Physics, SecondMass};
 use plant_model::{Effect, Rig};
 
@@ -40,8 +41,10 @@ impl Physics {
                 .map(|[length, diameter]| Tube::of(length, diameter, rig.gas.temperature_k).into_iter().collect()),
             cushions: [None; 2],
             spring: (c.spring_n_per_m + c.spring_preload_n > 0.0).then_some([c.spring_n_per_m, c.spring_preload_n]),
-            opening: rig.opening.points().to_vec(),
-            table_closed_v: closed(rig.opening.points()),
+            sides: if rig.opening.is_empty() { Default::default() } else { sides(rig.opening.points()) },
+            rounding_v: v.corner_rounding_v,
+            exhaust_overlap_v: v.exhaust_overlap_v,
+            smoothness: v.opening_smoothness,
             bent: None,
             choked: None,
             walls: None,
@@ -277,29 +280,5 @@ impl Physics {
     pub(crate) fn speed_per_opening(&self) -> f64 {
         let p = self.rest_pressure_pa();
         self.flow_per_opening() * self.gas_constant * self.temperature_k / (p * 0.5 * (self.area_a + self.area_b))
-    }
-
-    /// Radians of opening per volt beyond the dead zone: of the arc tangent at its steepest, of a table from end to end.
-    pub(crate) fn opening_per_volt(&self) -> f64 {
-        match (self.opening.first(), self.opening.last()) {
-            (Some(first), Some(last)) => {
-                let [left, right] = self.table_closed_v;
-                std::f64::consts::FRAC_PI_2 * (last[1] - first[1]) / ((last[0] - right) + (left - first[0]))
-            }
-            _ => 2.0,
-        }
-    }
-}
-
-/// The commands between which a table is closed, V.
-fn closed(points: &[[f64; 2]]) -> [f64; 2] {
-    let zero = |inside: [f64; 2], outside: [f64; 2]| {
-        inside[0] + (outside[0] - inside[0]) * inside[1] / (inside[1] - outside[1])
-    };
-    let first_open = points.iter().position(|[_, opening]| *opening > 0.0);
-    let last_open = points.iter().rposition(|[_, opening]| *opening < 0.0);
-    match (last_open, first_open) {
-        (Some(left), Some(right)) => [zero(points[left + 1], points[left]), zero(points[right - 1], points[right])],
-        _ => [0.0; 2],
     }
 }

@@ -38,6 +38,7 @@ mod foreign;
 mod friction;
 mod furnished;
 mod law;
+mod opening;
 mod physics;
 mod reading;
 mod recording;

@@ -6,6 +6,9 @@
 use crate::air_way::Tube;
 use plant_model::Effect;
 
+/// One side of a table of the opening, from the end of flow on: distance in V, opening, slope of the smooth curve in 1/V.
+pub(crate) type Nodes = Vec<[f64; 3]>;
+
 /// Parameters of the synthetic rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Physics {
@@ -26,10 +29,14 @@ pub struct Physics {
     pub(crate) cushions: [Option<(f64, Tube)>; 2],
     /// Rate in N/m and preload in N of a spring in chamber B, which then breathes freely.
     pub(crate) spring: Option<[f64; 2]>,
-    /// Command in V and opening from −1 to 1, instead of the arc tangent; empty for none.
-    pub(crate) opening: Vec<[f64; 2]>,
-    /// Commands of the table between which it is closed, V.
-    pub(crate) table_closed_v: [f64; 2],
+    /// The table's two sides, positive commands first, instead of the arc tangent; empty for none.
+    pub(crate) sides: [Nodes; 2],
+    /// How far corners are rounded to either side, V.
+    pub(crate) rounding_v: f64,
+    /// How much further out than those from the supply the paths to atmosphere open, V.
+    pub(crate) exhaust_overlap_v: f64,
+    /// From straight lines between the table's points, 0, to the cubic, 1.
+    pub(crate) smoothness: f64,
     /// Curvature and effective commands of full opening to the right and left, V, instead of the arc tangent.
     pub(crate) bent: Option<[f64; 3]>,
     pub(crate) right_v: f64,

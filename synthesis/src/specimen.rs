@@ -160,47 +160,15 @@ impl Specimen {
         }
     }
 
-    /// Effective opening in rad: `atan(2 w)`, the table's or the parabola's, with the sign of `w`.
-    fn opening(&self) -> f64 {
-        let (ph, u) = (&self.physics, self.spool);
-        let w = if u >= ph.right_v {
-            ph.slope_right * (u - ph.right_v)
-        } else if u <= ph.left_v {
-            ph.slope_left * (u - ph.left_v)
-        } else {
-            0.0
-        };
-        if let Some([c, right, left]) = ph.bent {
-            let x = if w > 0.0 { w / right } else { -w / left }.min(1.0);
-            return std::f64::consts::FRAC_PI_2 * (x - c * x * (1.0 - x)).copysign(w);
-        }
-        if ph.opening.is_empty() { (2.0 * w).atan() } else { self.table_opening(w) }
-    }
-
-    /// The table read at its own end of flow plus `w`, in rad.
-    fn table_opening(&self, w: f64) -> f64 {
-        let [left, right] = self.physics.table_closed_v;
-        let points = &self.physics.opening;
-        if w == 0.0 {
-            return 0.0;
-        }
-        let u = if w > 0.0 { right + w } else { left + w };
-        let next = points.partition_point(|[command, _]| *command <= u);
-        let opening = match (next.checked_sub(1).and_then(|before| points.get(before)), points.get(next)) {
-            (Some([u0, f0]), Some([u1, f1])) => f0 + (u - u0) * (f1 - f0) / (u1 - u0),
-            (Some([_, end]), None) | (None, Some([_, end])) => *end,
-            (None, None) => 0.0,
-        };
-        std::f64::consts::FRAC_PI_2 * opening
-    }
-
     /// Rates of the two chamber pressures, of the supply and of both temperatures at constant piston.
-    fn gas_rates(&self, [p_a, p_b, supply, t_a, t_b]: [f64; 5], opening: f64, now: f64) -> [f64; 5] {
+    fn gas_rates(&self, [p_a, p_b, supply, t_a, t_b]: [f64; 5], openings: [f64; 2], now: f64) -> [f64; 5] {
         let ph = &self.physics;
-        let amount = opening.abs();
-        let fills_a = opening >= 0.0;
-        let into_a = ph.flow_near_end(ph.half_stroke + self.y, 0, fills_a, amount, supply, p_a);
-        let into_b = ph.flow_near_end(ph.half_stroke - self.y, 1, !fills_a, amount, supply, p_b);
+        let [in_rad, out_rad] = openings.map(f64::abs);
+        // One of them may be closed while the other is open.
+        let fills_a = openings[0] + openings[1] >= 0.0;
+        let [a_rad, b_rad] = if fills_a { [in_rad, out_rad] } else { [out_rad, in_rad] };
+        let into_a = ph.flow_near_end(ph.half_stroke + self.y, 0, fills_a, a_rad, supply, p_a);
+        let into_b = ph.flow_near_end(ph.half_stroke - self.y, 1, !fills_a, b_rad, supply, p_b);
         let drawn = if fills_a { into_a } else { into_b };
         let mut into = [into_a, into_b];
         effects::flow(&ph.present, &Gas { p_a, p_b, atmosphere: ph.atmosphere_pa }, &mut into);
@@ -250,14 +218,14 @@ impl Specimen {
         if self.physics.droop <= 0.0 {
             self.supply = self.source(now);
         }
-        let opening = self.opening();
+        let openings = self.physics.openings(self.spool);
         let [t_a, t_b] = self.warmth;
         let begin = [self.p_a, self.p_b, self.supply, t_a, t_b];
-        let first = self.gas_rates(begin, opening, now);
+        let first = self.gas_rates(begin, openings, now);
         let mid = 0.5 * h;
         let half_way: [f64; 5] = std::array::from_fn(|k| begin[k] + mid * first[k]);
         let [a, b, ..] = half_way;
-        let rates = self.gas_rates(half_way, opening, now);
+        let rates = self.gas_rates(half_way, openings, now);
         let tau = self.physics.sensor_s;
         if tau > 0.0 {
             // Second order in h, like the rest.

@@ -1,6 +1,6 @@
 //! The synthetic rig and `plant-model` were written apart; on every effect they must tell the same story.
 
-use plant_model::{Effect, Simulator};
+use plant_model::{Effect, Effects, Simulator};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rayon::prelude::*;
@@ -72,7 +72,8 @@ fn every_effect_moves_the_synthetic_rig_as_it_moves_the_model() {
     assert!(beyond.is_empty(), "differences beyond {POSITION_M} m or {PRESSURE_PA} Pa:\n{beyond:#?}");
 }
 
-/// Cushions, a spring, and what lies in series with them; a spool with inertia.
+/// Cushions, a spring, and what lies in series with them; a spool with inertia; a valve with smooth curve, rounded corners and edges
+/// that do not open together.
 #[test]
 fn cylinders_as_bought_move_the_same_way_in_both() {
     let mut cushioned = RigFile::paper_c();
@@ -88,11 +89,21 @@ fn cylinders_as_bought_move_the_same_way_in_both() {
     let in_series =
         [None, Some(Effect::LineRestriction), Some(Effect::ChokedFlow), Some(Effect::LeakCrossPiston)].as_slice();
     let lagging = [Some(Effect::ValveLag)].as_slice();
+    let sheet = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsnu-25-100.toml");
+    let mut machined = RigFile::read(&sheet).expect("a shipped rig file");
+    machined.effects = Effects::none();
+    let mut underlapped = RigFile::paper_c();
+    let v = &mut machined.rig.valve;
+    (v.corner_rounding_v, v.exhaust_overlap_v, v.opening_smoothness) = (0.08, 0.03, 0.7);
+    (underlapped.rig.valve.corner_rounding_v, underlapped.rig.valve.exhaust_overlap_v) = (0.3, -0.2);
+    let by_valve = [None, Some(Effect::ValveDeadZone), Some(Effect::ValveLag), Some(Effect::OpeningCurve)].as_slice();
     for (name, rig_file, effects) in [
         ("cushioned", cushioned, in_series),
         ("single-acting", single_acting, in_series),
         ("underdamped", underdamped, lagging),
         ("overdamped", overdamped, lagging),
+        ("machined", machined, by_valve),
+        ("underlapped", underlapped, by_valve),
     ] {
         for family in [Family::Everyday, Family::Identification] {
             for effect in effects.iter().copied() {

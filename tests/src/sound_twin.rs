@@ -242,9 +242,10 @@ impl Twin {
         let filling = opening.fills_a == (side == Side::A);
         let path = 2 * usize::from(side == Side::B) + usize::from(!filling);
         let p = air.pressure_pa;
-        let flow = self.plant.valve_inflow(side, air.y_m, filling, opening.magnitude, p, air.supply_pa).mass_flow;
+        let magnitude = opening.through(filling);
+        let flow = self.plant.valve_inflow(side, air.y_m, filling, magnitude, p, air.supply_pa).mass_flow;
         let area = self.plant.area_m2(side);
-        let by_flow = self.plant.energy_j_per_kg() * factor(path, opening.magnitude, p) * flow;
+        let by_flow = self.plant.energy_j_per_kg() * factor(path, magnitude, p) * flow;
         (by_flow - air.exponent * p * area * air.grows_m_per_s) / air.volume_m3
     }
 

@@ -15,9 +15,10 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     let n = record.len();
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
-    let openings: Vec<f64> = u.iter().map(|u| valve::signed_opening(plant, *u)).collect();
     let volts = jumps(u);
-    let radians = jumps(&openings);
+    let openings =
+        [Side::A, Side::B].map(|side| u.iter().map(|u| valve::signed_opening(plant, side, *u)).collect::<Vec<f64>>());
+    let radians = openings.each_ref().map(|openings| jumps(openings));
     // A jump at a time that is equally likely anywhere between two rows: the standard deviation of the mean.
     let spread = 1.0 / 12.0_f64.sqrt();
     record.command_doubt_v = vec![0.0; n];
@@ -25,10 +26,10 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     record.doubt_b_pa = vec![0.0; n];
     for (row, k) in record.rows.clone().into_iter().enumerate() {
         record.command_doubt_v[k] = spread * volts[row];
-        for side in [Side::A, Side::B] {
-            let unit = if openings[row] >= 0.0 { 1.0 } else { -1.0 };
+        for (place, side) in [Side::A, Side::B].into_iter().enumerate() {
+            let unit = if openings[place][row] >= 0.0 { 1.0 } else { -1.0 };
             let Some(rate) = pa_per_s(record, plant, (side, k), unit) else { continue };
-            let doubt = rate.abs() * spread * radians[row] * record.to_next_row_s(k);
+            let doubt = rate.abs() * spread * radians[place][row] * record.to_next_row_s(k);
             let doubts = if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa };
             doubts[k] = doubt;
         }
@@ -45,7 +46,7 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
     // `None` where pressure, position or command is not in the log: then it stays a plain spline, or nothing.
     let through = |side: Side| -> Option<Smoothed> {
         let pressure = &record.chamber(side).smooth.value;
-        let rate = |k: usize| pa_per_s(record, plant, (side, k), *openings.get(k)?);
+        let rate = |k: usize| pa_per_s(record, plant, (side, k), *openings.of(side).get(k)?);
         let rates: Vec<f64> = (0..record.len()).map(rate).collect::<Option<_>>()?;
         let intervals = (0..record.len()).map(|k| record.interval_s(k));
         let by_flow: Vec<f64> = rates

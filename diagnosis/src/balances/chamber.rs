@@ -363,7 +363,7 @@ mod tests {
         let plant = Plant::new(&file.rig, &effects).unwrap();
         let openings = valve::openings(&record, &plant);
         let supply_pa = supply::pressures(&record, &plant, &openings, 0.0).at_valve;
-        let air = Air { openings: &openings, supply_pa: &supply_pa, added_kg_per_s: &[] };
+        let air = Air { openings: openings.of(Side::A), supply_pa: &supply_pa, added_kg_per_s: &[] };
         let found = warmths(&record, &plant, Side::A, air, (0, 0.0), (record.len() - 1, stride));
         let size: f64 = truth.iter().map(|x| x * x).sum();
         let error: f64 = found.iter().zip(&truth).map(|(x, y)| (x - y).powi(2)).sum();

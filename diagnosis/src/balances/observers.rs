@@ -82,7 +82,7 @@ pub(crate) fn innovations(
 
 /// What drives the chambers' balances.
 struct Air {
-    openings: Arc<Vec<f64>>,
+    openings: Arc<valve::Openings>,
     supply: supply::SupplyPressure,
     /// Of the wanted chambers.
     sides: [Option<Judged>; 2],
@@ -126,7 +126,7 @@ impl Air {
             compression: Arc::clone(compression),
             correction: Arc::clone(correction),
             air: chamber::Air {
-                openings: &self.openings,
+                openings: self.openings.of(side),
                 supply_pa: &self.supply.at_valve,
                 added_kg_per_s: if side == Side::A { &added.flow_a_kg_per_s } else { &added.flow_b_kg_per_s },
             },
@@ -185,18 +185,22 @@ pub(crate) fn by_openings(
     let linearised = |place: usize| drives[place].as_ref().map(|d| Linearised::of(record, plant, stretches, d));
     let (a, b) = rayon::join(|| linearised(0), || linearised(1));
     let parts = (!remembers(plant)).then_some(stretches);
-    let changes = |other: &Plant<f64>| -> Vec<f64> {
+    let changes = |other: &Plant<f64>| -> [Vec<f64>; 2] {
         let key = || (valve::Travel::of(other), parts.map(<[Stretch]>::to_vec));
         let places = signals.places.of(key(), || valve::places(record, other, parts));
         let moved = valve::openings_at(&places, record, other);
-        moved.iter().zip(&*air.openings).map(|(moved, as_is)| moved - as_is).collect()
+        let change = |side: Side| {
+            let pairs = moved.of(side).iter().zip(air.openings.of(side));
+            pairs.map(|(moved, as_is)| moved - as_is).collect()
+        };
+        CHAMBERS.map(|(_, side)| change(side))
     };
     let together = |others: &[Plant<f64>]| -> Vec<Innovations> {
-        let changes: Vec<Vec<f64>> = others.iter().map(changes).collect();
-        let side_by_side = core::array::from_fn(|lane| &changes.get(lane).unwrap_or(&changes[0])[..]);
+        let changes: Vec<[Vec<f64>; 2]> = others.iter().map(changes).collect();
         let mut out = vec![Innovations::default(); others.len()];
-        for (of_side, (channel, _)) in [&a, &b].into_iter().zip(CHAMBERS) {
+        for (place, (of_side, (channel, _))) in [&a, &b].into_iter().zip(CHAMBERS).enumerate() {
             let Some(of_side) = of_side else { continue };
+            let side_by_side = core::array::from_fn(|lane| &changes.get(lane).unwrap_or(&changes[0])[place][..]);
             for (out, errors) in out.iter_mut().zip(of_side.errors_by(side_by_side)) {
                 out.channels[channel as usize] = errors;
             }

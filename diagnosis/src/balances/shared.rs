@@ -4,7 +4,7 @@
 use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
 use super::piston::{Forces, Timing};
-use super::valve::{Path, Places, Travel};
+use super::valve::{Openings, Path, Places, Travel};
 use crate::data::split::Stretch;
 use plant_model::Side;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,7 +18,7 @@ const PLACES_KEPT: usize = 6;
 #[derive(Default)]
 pub(crate) struct Signals {
     /// The valve's openings by command path, in some stretches or all of the log.
-    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Vec<f64>>,
+    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Openings>,
     /// Where the valve's spool is, in some stretches or all of the log.
     pub(super) places: Shared<(Travel, Option<Vec<Stretch>>), Places, PLACES_KEPT>,
     /// What the piston's motion does to the chambers' air in some stretches.

@@ -1,6 +1,7 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
 use super::judged::judged;
+use super::valve::Openings;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, interrupted};
 use plant_model::{Plant, Side};
@@ -15,7 +16,7 @@ pub(crate) struct SupplyPressure {
 
 /// Supply pressure at every sample, with what its sensor shows too much. The flow drawn is computed with the chamber
 /// pressures as measured.
-pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64], sensor_pa: f64) -> SupplyPressure {
+pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &Openings, sensor_pa: f64) -> SupplyPressure {
     let c = plant.coefficients();
     let n = record.len();
     let droop = plant.added().supply_droop;
@@ -31,12 +32,13 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &[f64], s
                 p = *sensed - sensor_pa;
             }
             predicted[k] = p;
-            let filled = if openings[k] >= 0.0 { Side::A } else { Side::B };
+            let filled = if openings.of(Side::B)[k] >= 0.0 { Side::A } else { Side::B };
             let smooth = record.chamber(filled).smooth;
             let chamber = smooth.value.get(k).map(|value| plant.true_pressure_pa(filled, *value, smooth.slope[k]));
             let drawn = match chamber {
                 Some(chamber) => {
-                    plant.orifices(filled).inflow(true, openings[k].abs(), chamber, p, c.atmosphere_pa).mass_flow
+                    let opening = openings.of(filled)[k].abs();
+                    plant.orifices(filled).inflow(true, opening, chamber, p, c.atmosphere_pa).mass_flow
                 }
                 None => 0.0,
             };

@@ -50,7 +50,7 @@ pub(crate) fn library(record: &Record, plant: &Plant<f64>, judgeable: Channels) 
 struct Air<'a> {
     record: &'a Record,
     plant: &'a Plant<f64>,
-    openings: Vec<f64>,
+    openings: valve::Openings,
 }
 
 impl Air<'_> {
@@ -62,11 +62,12 @@ impl Air<'_> {
     fn inflow(&self, is_a: bool, k: usize) -> (Flow<f64>, f64) {
         let c = self.plant.coefficients();
         let p = self.pressure_pa(is_a, k);
-        let fills = (self.openings[k] >= 0.0) == is_a;
-        let supply = self.record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
         let side = if is_a { Side::A } else { Side::B };
+        let opening = self.openings.of(side)[k];
+        let fills = (opening >= 0.0) == is_a;
+        let supply = self.record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
         let y = self.record.y_smooth.value[k];
-        let flow = self.plant.valve_inflow(side, y, fills, self.openings[k].abs(), p, supply);
+        let flow = self.plant.valve_inflow(side, y, fills, opening.abs(), p, supply);
         (flow, if fills { supply - p } else { p - c.atmosphere_pa })
     }
 }
@@ -196,6 +197,7 @@ fn flows(air: &Air<'_>, chambers: Channels, out: &mut Vec<Term>) {
     let y = |k: usize| record.y_smooth.value[k] / c.half_stroke_m;
     let t = from_start_to_end(record);
     let full = core::f64::consts::FRAC_PI_2;
+    let opening = |is_a: bool, k: usize| openings.of(if is_a { Side::A } else { Side::B })[k];
     let mut add = |words, formula: &str, channels: Channels, f: &dyn Fn(bool, usize) -> f64| {
         let has = |channel: Channel| channels & chambers & channel.bit() != 0;
         let signal = |channel: Channel, is_a: bool| -> Vec<f64> {
@@ -214,10 +216,10 @@ fn flows(air: &Air<'_>, chambers: Channels, out: &mut Vec<Term>) {
     };
     let both = Channel::PressureA.bit() | Channel::PressureB.bit();
     add("another opening curve of the valve", "c · q · (opening/fully open)", both, &|is_a, k| {
-        flow(is_a, k)[0] * openings[k].abs() / full
+        flow(is_a, k)[0] * opening(is_a, k).abs() / full
     });
     add("another opening curve of the valve, near closed", "c · q · exp(-4 opening/fully open)", both, &|is_a, k| {
-        flow(is_a, k)[0] * (-4.0 * openings[k].abs() / full).exp()
+        flow(is_a, k)[0] * (-4.0 * opening(is_a, k).abs() / full).exp()
     });
     add("flow that bends with the pressure drop", "c · q · (drop/p_gauge)", both, &|is_a, k| {
         let [q, drop] = flow(is_a, k);
@@ -227,7 +229,7 @@ fn flows(air: &Air<'_>, chambers: Channels, out: &mut Vec<Term>) {
         flow(is_a, k)[0] * t(k)
     });
     add("flow that differs between the two directions of the valve", "c · q · sign(u)", both, &|is_a, k| {
-        flow(is_a, k)[0] * openings[k].signum()
+        flow(is_a, k)[0] * opening(is_a, k).signum()
     });
     for (chamber, side) in [(Channel::PressureA, 1.0), (Channel::PressureB, -1.0)] {
         // Exhaust is throttled where the chamber is small.

@@ -6,12 +6,14 @@ use crate::data::record::Record;
 use crate::data::split::Stretch;
 use plant_model::dead_zone::DeadZone;
 use plant_model::effects::ValveLagTerms as Terms;
-use plant_model::{OpeningCurve, Plant};
+use plant_model::{OpeningCurve, Plant, Side};
+use std::sync::Arc;
 
 /// The parameters that the openings depend on.
 #[derive(PartialEq)]
 pub(super) struct Path {
     dead_zone: DeadZone<f64>,
+    exhaust_zone: Option<DeadZone<f64>>,
     curve: Option<OpeningCurve<f64>>,
     travel: Travel,
 }
@@ -19,7 +21,12 @@ pub(super) struct Path {
 impl Path {
     pub(super) fn of(plant: &Plant<f64>) -> Self {
         let dead_zone = plant.coefficients().dead_zone;
-        Self { dead_zone, curve: plant.opening_curve().copied(), travel: Travel::of(plant) }
+        Self {
+            dead_zone,
+            exhaust_zone: plant.exhaust_zone().copied(),
+            curve: plant.opening_curve().copied(),
+            travel: Travel::of(plant),
+        }
     }
 }
 
@@ -43,10 +50,28 @@ impl Travel {
     }
 }
 
-/// Opening at a place of the spool in V, rad; positive fills A.
-pub(super) fn signed_opening(plant: &Plant<f64>, spool_v: f64) -> f64 {
+/// Opening of a chamber's paths at a place of the spool in V, rad; positive where A is filled and B exhausted.
+pub(super) fn signed_opening(plant: &Plant<f64>, side: Side, spool_v: f64) -> f64 {
     let opening = plant.opening(spool_v);
-    if opening.fills_a { opening.magnitude } else { -opening.magnitude }
+    let magnitude = opening.through(opening.fills_a == (side == Side::A));
+    if opening.fills_a { magnitude } else { -magnitude }
+}
+
+/// Signed openings of the paths of both chambers in rad by sample, positive where A is filled and B exhausted, averaged over the
+/// interval after each; NaN where they are not known.
+pub(crate) struct Openings {
+    a: Arc<Vec<f64>>,
+    b: Arc<Vec<f64>>,
+}
+
+impl Openings {
+    /// Of a chamber's paths.
+    pub(crate) fn of(&self, side: Side) -> &[f64] {
+        match side {
+            Side::A => &self.a,
+            Side::B => &self.b,
+        }
+    }
 }
 
 /// After so many times the slower of its time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
@@ -65,8 +90,8 @@ fn followed(t_s: &[f64], wanted: &[bool], before_s: f64) -> Vec<bool> {
     out
 }
 
-/// Signed opening `atan(2 w)` in rad, averaged over the interval after each sample; positive fills A.
-pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Vec<f64> {
+/// The openings over all of a log.
+pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Openings {
     openings_at(&places(record, plant, None), record, plant)
 }
 
@@ -78,8 +103,18 @@ pub(super) struct Places {
     ends: Vec<usize>,
 }
 
-/// Signed openings where the spool is, NaN where that is not known.
-pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Vec<f64> {
+/// The openings where the spool is.
+pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Openings {
+    let a = Arc::new(openings_of(places, record, plant, Side::A));
+    let b = if plant.exhaust_zone().is_some() {
+        Arc::new(openings_of(places, record, plant, Side::B))
+    } else {
+        Arc::clone(&a)
+    };
+    Openings { a, b }
+}
+
+fn openings_of(places: &Places, record: &Record, plant: &Plant<f64>, side: Side) -> Vec<f64> {
     let mut last = (f64::NAN, 0.0);
     let mut begin = 0;
     let opening = |(k, end): (usize, &usize)| {
@@ -91,7 +126,7 @@ pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) 
         let mut sum = 0.0;
         for (mean, duration) in parts {
             if *mean != last.0 {
-                last = (*mean, signed_opening(plant, *mean));
+                last = (*mean, signed_opening(plant, side, *mean));
             }
             sum += last.1 * duration;
         }
@@ -192,7 +227,7 @@ mod tests {
             let plant = Plant::new(&file.rig, &effects).unwrap();
             let all = openings(&record, &plant);
             let some = openings_at(&places(&record, &plant, Some(&stretches)), &record, &plant);
-            for (k, (one, other)) in all.iter().zip(&some).enumerate() {
+            for (k, (one, other)) in all.a.iter().zip(&*some.a).enumerate() {
                 let wanted = stretches.iter().any(|stretch| stretch.range().contains(&k));
                 assert!(if wanted { (one - other).abs() < 1.0e-12 } else { other.is_nan() }, "{k}: {one} {other}");
             }

@@ -24,7 +24,7 @@ pub(super) fn agreement(rig: &RigFile, log: &Log) -> Option<f64> {
         volume_m3 * p.slope[k] + c.exponent * p.value[k] * area_m2 * record.motion.slope[k]
     };
     let (mut both, mut opening, mut flow) = (0.0, 0.0, 0.0);
-    for (k, o) in openings.iter().enumerate() {
+    for (k, o) in openings.of(Side::A).iter().enumerate() {
         let mut q = entered(k, &record.p_a_smooth, c.volume_a0_m3, plant.area_m2(Side::A));
         if has.pressure_b && !has.vented_b {
             q -= entered(k, &record.p_b_smooth, c.volume_b0_m3, -plant.area_m2(Side::B));

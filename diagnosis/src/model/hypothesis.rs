@@ -25,19 +25,19 @@ impl Hypothesis {
     }
 
     /// The same without what joins a fit last, because it leads one astray that begins far away: the points of the table of the opening
-    /// and the order of the spool's lag, which stay as stated.
+    /// and what data sheets leave out of a valve's shape, which stay as stated.
     pub(crate) fn coarse(&self) -> Self {
         let pairs = self.parameters.iter().zip(&self.values);
         let (parameters, values) = pairs.filter(|(p, _)| !p.slot.is_fine()).unzip();
         Self { effects: self.effects.clone(), parameters, values }
     }
 
-    /// The same with the values of a coarse fit. A lag of first order with a delay beside it is a minimum of its own, next to that of a lag
-    /// of second order: so the order begins between the two.
+    /// The same with the values of a coarse fit. A shape that is not stated begins one step away from none: a sharp corner feels nothing of
+    /// a rounding, and a lag of first order with a delay beside it is a minimum of its own, next to that of a lag of second order.
     pub(crate) fn refining(&self, coarse: &Self) -> Self {
         let mut out = self.with_values_of(coarse);
-        let mut pairs = out.parameters.iter().zip(&mut out.values);
-        if let Some((parameter, value)) = pairs.find(|(p, _)| p.slot == Slot::SPOOL_INERTIA && p.neutral == 0.0) {
+        let pairs = out.parameters.iter().zip(&mut out.values);
+        for (parameter, value) in pairs.filter(|(p, _)| p.slot.is_shape() && p.neutral == 0.0 && p.min == 0.0) {
             *value = parameter.scale;
         }
         out

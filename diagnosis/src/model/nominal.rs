@@ -146,7 +146,7 @@ pub(crate) fn nominal_parameters(
     }
     out.extend(stated_parameters(rig, judgeable));
     out.extend(delay(rig, judgeable));
-    out.extend(spool_inertia(rig, judgeable));
+    out.extend(shapes(rig, judgeable));
     out.extend(opening_points(rig, judgeable, commands_v));
     if supply_measured {
         let tolerance = constants::supply_sensor() * rig.rig.supply.pressure_pa;
@@ -233,28 +233,42 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     })
 }
 
-/// What a data sheet's one number leaves open of a spool that lags: whether its lag is of first or of second order.
-fn spool_inertia(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
-    let key = Place::spool_inertia.key();
+/// What a data sheet leaves out of a valve: whether a lag that it states by one number is of first or of second order; and how the curve of
+/// the opening runs between the points that were read, how sharp its corners are, and whether the edges to atmosphere open together with
+/// those from the supply.
+fn shapes(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     let (lag_s, of_lag_s) = lag_s(rig);
-    let nominal = key.get(&rig.rig);
-    let tolerance = match rig.tolerance.own(key.path) {
-        Some(own) => own * nominal,
-        None if of_lag_s > 0.0 => constants::spool_inertia(),
-        None => 0.0,
+    let most_v = rig.rig.valve.max_voltage_v;
+    let tabulated = !rig.rig.opening.is_empty();
+    let read = tabulated && rig.tolerance.default != 0.0;
+    let of = |is_there: bool, is_open: bool, place: Place, by_default: f64| {
+        let key = place.key();
+        let nominal = key.get(&rig.rig);
+        let own = rig.tolerance.own(key.path).map(|own| own * nominal.abs());
+        let tolerance = own.unwrap_or(if is_open { by_default } else { 0.0 });
+        let farthest = constants::farthest_nominal() * tolerance;
+        // An optional value may be absent, whatever its least one.
+        let channels = (A | B) & judgeable;
+        (is_there && channels != 0 && tolerance > 0.0).then_some(Parameter {
+            slot: Slot::Nominal(key),
+            neutral: nominal,
+            scale: tolerance,
+            negligible: 0.0,
+            tolerance: Some(tolerance),
+            min: (nominal - farthest).max(key.limits.low.min(0.0)),
+            max: (nominal + farthest).min(key.limits.high),
+            channels,
+        })
     };
-    let farthest = constants::farthest_nominal() * tolerance;
-    let channels = effects::channels(Effect::ValveLag) & judgeable;
-    (lag_s > 0.0 && channels != 0 && tolerance > 0.0).then_some(Parameter {
-        slot: Slot::Nominal(key),
-        neutral: nominal,
-        scale: tolerance,
-        negligible: 0.0,
-        tolerance: Some(tolerance),
-        min: (nominal - farthest).max(key.limits.low),
-        max: (nominal + farthest).min(key.limits.high),
-        channels,
-    })
+    [
+        of(lag_s > 0.0, of_lag_s > 0.0, Place::spool_inertia, constants::spool_inertia()),
+        of(true, read, Place::corner_rounding_v, constants::corner_rounding() * most_v),
+        of(true, read, Place::exhaust_overlap_v, constants::exhaust_overlap() * most_v),
+        of(tabulated, read, Place::opening_smoothness, constants::opening_smoothness()),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// The points of a table of the opening between closed and full, as far as the commands reach. The slopes of the two sides take

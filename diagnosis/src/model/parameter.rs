@@ -23,13 +23,19 @@ pub(crate) enum Slot {
     Term(usize),
 }
 
+const SHAPES: [Place; 4] =
+    [Place::spool_inertia, Place::corner_rounding_v, Place::exhaust_overlap_v, Place::opening_smoothness];
+
 impl Slot {
-    /// The order of the spool's lag.
-    pub(crate) const SPOOL_INERTIA: Self = Self::Nominal(Place::spool_inertia.key());
+    /// Whether it says what data sheets of valves leave out: the order of the spool's lag, how the opening bends, edges that do not
+    /// open together.
+    pub(crate) fn is_shape(&self) -> bool {
+        matches!(self, Self::Nominal(key) if SHAPES.iter().any(|place| *key == place.key()))
+    }
 
     /// Whether it joins a fit last.
     pub(crate) fn is_fine(&self) -> bool {
-        matches!(self, Self::Opening(_)) || *self == Self::SPOOL_INERTIA
+        matches!(self, Self::Opening(_)) || self.is_shape()
     }
 
     /// The key of what the rig file states; `None` for what it does not.

@@ -189,8 +189,10 @@ impl Model {
         let openings = valve::openings(record, &plant);
         let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
         let warmths = if plant.added().wall_heat.law.is_some() {
-            let air = chamber::Air { openings: &openings, supply_pa: &supply_pa, added_kg_per_s: &[] };
-            let of = |side| chamber::warmths(record, &plant, side, air, (0, 0.0), (record.len() - 1, 1));
+            let of = |side| {
+                let air = chamber::Air { openings: openings.of(side), supply_pa: &supply_pa, added_kg_per_s: &[] };
+                chamber::warmths(record, &plant, side, air, (0, 0.0), (record.len() - 1, 1))
+            };
             [of(Side::A), if plant.area_m2(Side::B) > 0.0 { of(Side::B) } else { Vec::new() }]
         } else {
             Default::default()

@@ -11,7 +11,7 @@ fn span(low: f64, high: f64, count: u32) -> Vec<f64> {
 }
 
 pub(super) fn dead_zone() -> Figure {
-    let zone = DeadZone { right_v: 0.6, left_v: -0.4, slope_right: 1.2, slope_left: 0.8 };
+    let zone = DeadZone { right_v: 0.6, left_v: -0.4, slope_right: 1.2, slope_left: 0.8, rounding_v: 0.0 };
     let u = span(-2.0, 2.0, 800);
     let w: Vec<f64> = u.iter().map(|u| zone.output_v(*u)).collect();
     let inside = u.iter().zip(&w).filter(|(u, _)| **u > zone.left_v && **u < zone.right_v).all(|(_, w)| *w == 0.0);
