@@ -272,9 +272,9 @@ constants! {
         stated_lag: f64 = 0.3, "of the value",
             "A lag of the valve that has no tolerance of its own is known no better, unless the rig file calls all values exact.",
             "a catalogue's switching time for a spool of any order and stroke; the shipped rig files state 0.3";
-        corner_rounding: f64 = 0.01, "of max_voltage_v",
-            "Standard deviation of valve.corner_rounding_v where the rig file has a table of the opening.",
-            "edges of spool and sleeve are broken by some um and have as much play, on a stroke of 1 mm: half of it per um";
+        corner_rounding: f64 = 0.02, "of max_voltage_v",
+            "The square of valve.corner_rounding_v has this one's as its standard deviation where the rig file has a table of the opening; four of it at most.",
+            "edges of spool and sleeve are broken by some um and have as much play, on a stroke of 1 mm: 1 to 2 % in all";
         exhaust_overlap: f64 = 0.005, "of max_voltage_v",
             "Standard deviation of valve.exhaust_overlap_v there.",
             "edges of spool and sleeve are ground to some um of a stroke of 1 mm";

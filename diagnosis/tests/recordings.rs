@@ -255,6 +255,35 @@ fn a_spool_of_second_order_is_found_where_the_data_sheet_states_one_time_constan
     }
 }
 
+/// A table read off a catalogue says neither how round the valve's corners are nor that its edges do not open together nor how it runs
+/// between the points. That is no gap, and the log says it; a leak beside it keeps its name.
+#[test]
+fn corners_edges_and_curve_that_no_catalogue_draws_are_found_beside_its_table() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsnu-25-100.toml");
+    let sheet = RigFile::read(&file).expect("a shipped rig");
+    let hidden = [vec![Cause::Catalogue(Effect::LeakChamberA, [4.0e-10, 0.0, 0.0])], vec![]];
+    for (seed, hidden) in hidden.into_iter().enumerate().take(of(2, 1)) {
+        let named: Vec<&str> = hidden.iter().map(Cause::id).collect();
+        let machined = |truth: &mut Rig<f64>, _: &mut _| {
+            let valve = &mut truth.valve;
+            (valve.corner_rounding_v, valve.exhaust_overlap_v, valve.opening_smoothness) = (0.06, 0.02, 0.8);
+        };
+        let case = bought(&sheet, machined, hidden.clone(), seed as u64);
+        let found = diagnose(&sheet, &case.record().0, &|_| {}).expect("a full log");
+        let causes: Vec<&str> = found.causes.iter().map(|cause| &cause.id[..]).collect();
+        assert_eq!(causes, named, "{:?}, leads {:?}", found.verdict, found.leads);
+        let verdict = if named.is_empty() { Verdict::NoGap } else { Verdict::Explained };
+        assert_eq!(found.verdict, verdict, "{:?}", found.balances);
+        for (name, truth) in
+            [("valve.corner_rounding_v", 0.06), ("valve.exhaust_overlap_v", 0.02), ("valve.opening_smoothness", 0.8)]
+        {
+            let told = found.calibration.iter().find(|value| value.name == name);
+            let told = told.unwrap_or_else(|| panic!("{name} is not told: {:?}", found.calibration));
+            assert!((told.value - truth).abs() < 4.0 * told.std_error.max(0.02 * truth), "{told:?}");
+        }
+    }
+}
+
 /// A log without a hidden effect, with its rig.
 fn null(which: usize) -> (Plan, RigFile, Log) {
     let plan = plans(Class::Null, Nominal::TwoPercent, which + 1, SEED)[which];

@@ -8,6 +8,7 @@ use crate::physics::Physics;
 use crate::reading::Reading;
 use crate::recording::record;
 use plant_model::{OpeningTable, Rig};
+use rand::RngExt;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Log, RigFile, RigKey, Tolerance, rig_key};
@@ -82,6 +83,19 @@ pub fn true_opening(read: &OpeningTable<f64>, relative: f64, rng: &mut Xoshiro25
     };
     let points: Vec<[f64; 2]> = read.points().iter().map(point).collect();
     OpeningTable::new(&points).unwrap_or(*read)
+}
+
+/// What a table of the opening does not say of its valve: how it runs between the points, how round its corners are, and by how much its
+/// edges to atmosphere open later or sooner. Nothing where there is no table.
+pub(crate) fn draw_edges(rig: &mut Rig<f64>, rng: &mut Xoshiro256PlusPlus) {
+    if rig.opening.is_empty() {
+        return;
+    }
+    let valve = &mut rig.valve;
+    let most_v = valve.max_voltage_v;
+    valve.opening_smoothness = rng.random_range(0.0..1.0);
+    valve.corner_rounding_v = most_v * rng.random_range(0.0..0.015);
+    valve.exhaust_overlap_v = most_v * rng.random_range(-0.004..0.004);
 }
 
 /// How the rig file states the tolerance of its values.

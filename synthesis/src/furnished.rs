@@ -1,7 +1,7 @@
 //! A rig with everything that a bought one has and its data sheets leave out, and the rig file that an honest engineer writes
 //! for it.
 
-use crate::case::{Case, true_opening};
+use crate::case::{Case, draw_edges, true_opening};
 use crate::cause::Cause;
 use crate::chain::Chain;
 use crate::foreign::Foreign;
@@ -42,7 +42,7 @@ fn tolerance(file: &RigFile, path: &str) -> f64 {
     file.tolerance.own(path).unwrap_or(file.tolerance.default)
 }
 
-/// A rig whose data sheets are `sheet`: opening curve stretched, shifted and not as drawn, paths unequal, seals that are loaded by pressure
+/// A rig whose data sheets are `sheet`: opening curve stretched, shifted and not as drawn, its corners round and its edges not together, paths unequal, seals that are loaded by pressure
 /// and rub differently by direction, a slight incline, cushions, sensors of other gain and offset, a valve somewhat slower
 /// and with more play than stated; recorded for `duration_s`, the supply too. What has a tolerance is off by it.
 #[must_use]
@@ -107,6 +107,7 @@ pub fn furnished(sheet: &RigFile, duration_s: f64, seed: u64) -> Case {
     causes.push(one(Effect::LineDelay, rng.random_range(0.1e-3..0.6e-3)));
     let seed = rng.random();
     truth.valve.spool_inertia = rng.random_range(0.1..0.5);
+    draw_edges(&mut truth, &mut rng);
     Case { rig_file: sheet.clone(), truth, causes, experiment, law, chain, seed }
 }
 

@@ -18,20 +18,19 @@ pub(crate) struct SupplyPressure {
 /// pressures as measured.
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &Openings, sensor_pa: f64) -> SupplyPressure {
     let c = plant.coefficients();
-    let n = record.len();
     let droop = plant.added().supply_droop;
     let measured = record.available.supply;
-    let mut predicted = vec![c.supply_pa; n];
+    let mut predicted = vec![c.supply_pa; record.len()];
     if droop.droop_pa_s_per_kg > 0.0 {
         let mut p = c.supply_pa;
-        for k in 0..n {
+        for (k, predicted) in predicted.iter_mut().enumerate() {
             // At the beginning and after an interruption the droop is unknown: the prediction starts from the
             // measurement, if any.
             let anew = k == 0 || interrupted(&record.t_s, k, record.quality.interval_s);
             if let Some(sensed) = record.p_sup_smooth.value.get(k).filter(|_| anew) {
                 p = *sensed - sensor_pa;
             }
-            predicted[k] = p;
+            *predicted = p;
             let filled = if openings.of(Side::B)[k] >= 0.0 { Side::A } else { Side::B };
             let smooth = record.chamber(filled).smooth;
             let chamber = smooth.value.get(k).map(|value| plant.true_pressure_pa(filled, *value, smooth.slope[k]));

@@ -18,7 +18,7 @@ fn is_non_smooth(parameter: &Parameter) -> bool {
         // Where the piston sticks, each breakaway that moves to another moment is a step in the cost.
         Slot::Effect(..) | Slot::Stated(..) => parameter.channels & Channel::Position.bit() != 0,
         Slot::Nominal(key) => NON_SMOOTH_KEYS.contains(&key.path),
-        Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => false,
+        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => false,
     }
 }
 

@@ -27,7 +27,14 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let std_error = if variance.is_finite() { variance.max(0.0).sqrt() } else { tolerance };
         let moved = (value - parameter.neutral).abs();
         if moved > constants::calibrated_sigmas() * std_error && moved > 0.1 * tolerance {
-            out.push(Calibration { name, nominal, value: corrected, std_error, tolerance });
+            out.push(if parameter.slot == Slot::Rounding {
+                // Fitted by its square, told as it is.
+                let [nominal, value] = [nominal, corrected].map(|square| square.max(0.0).sqrt());
+                let tolerance = (parameter.neutral + tolerance).sqrt() - nominal;
+                Calibration { name, nominal, value, std_error: 0.5 * std_error / value, tolerance }
+            } else {
+                Calibration { name, nominal, value: corrected, std_error, tolerance }
+            });
         }
     }
     out

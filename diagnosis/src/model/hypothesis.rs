@@ -18,6 +18,9 @@ pub(crate) struct Hypothesis {
     pub(crate) values: Vec<f64>,
 }
 
+/// Least step of the difference quotient of a rounding's square, scales: 14 % of a rounding of one tolerance.
+const ROUNDING_STEP: f64 = 0.02;
+
 impl Hypothesis {
     /// No effects: nominal values only.
     pub(crate) fn null(nominal: &[Parameter]) -> Self {
@@ -32,14 +35,11 @@ impl Hypothesis {
         Self { effects: self.effects.clone(), parameters, values }
     }
 
-    /// The same with the values of a coarse fit. A shape that is not stated begins one step away from none: a sharp corner feels nothing of
-    /// a rounding, and a lag of first order with a delay beside it is a minimum of its own, next to that of a lag of second order.
+    /// The same with the values of a coarse fit.
     pub(crate) fn refining(&self, coarse: &Self) -> Self {
         let mut out = self.with_values_of(coarse);
         let pairs = out.parameters.iter().zip(&mut out.values);
-        for (parameter, value) in pairs.filter(|(p, _)| p.slot.is_shape() && p.neutral == 0.0 && p.min == 0.0) {
-            *value = parameter.scale;
-        }
+        pairs.filter(|(p, _)| p.slot.is_shape()).for_each(|(p, value)| *value = p.begin());
         out
     }
 
@@ -124,7 +124,12 @@ impl Hypothesis {
             let replacing = match parameter.slot {
                 Slot::Nominal(key) => stands_for.parameter_of(key.path),
                 Slot::Stated(stated, _) if stated == effect => continue,
-                Slot::Effect(..) | Slot::Stated(..) | Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => None,
+                Slot::Effect(..)
+                | Slot::Stated(..)
+                | Slot::Term(_)
+                | Slot::Opening(_)
+                | Slot::Rounding
+                | Slot::SupplySensor => None,
             };
             if let Some(place) = replacing {
                 start[place] = stands_for.take_over(start[place], *value, parameter.neutral);
@@ -136,8 +141,10 @@ impl Hypothesis {
                         .tolerance
                         .is_some_and(|t| (value - parameter.neutral).abs() > constants::strained() * t)
                     && parameter.channels & channels(effect) != 0;
+                // Points of a table that bend about a break-point elsewhere hide where it is.
+                let hides = anew && effect == Effect::ValveDeadZone && parameter.slot.is_fine();
                 out.parameters.push(*parameter);
-                out.values.push(if replaced || strained { parameter.neutral } else { *value });
+                out.values.push(if replaced || strained || hides { parameter.begin() } else { *value });
             }
         }
         let neutral = parameters.first().map_or(1.0, |p| p.neutral);
@@ -170,7 +177,7 @@ impl Hypothesis {
                 Slot::Effect(other, index) | Slot::Stated(other, index) => {
                     other.identification().length_exponents[index]
                 }
-                Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => 0,
+                Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
             };
             let by = match exponent {
                 0 => 1.0,
@@ -191,7 +198,7 @@ impl Hypothesis {
             let exponent = match parameter.slot {
                 Slot::Nominal(key) => size_exponent(key.name),
                 Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
-                Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => 0,
+                Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
             };
             f64::from(exponent) * value / parameter.scale
         };
@@ -285,9 +292,11 @@ impl Hypothesis {
         }
     }
 
-    /// The step of a parameter's difference quotient, `relative` to its scale, to the side where it does not leave its bounds.
+    /// The step of a parameter's difference quotient, `relative` to its scale, to the side where it does not leave its bounds. Few samples
+    /// lie in a narrow rounding: its steps are no smaller than shows.
     pub(crate) fn step(&self, values: &[f64], index: usize, relative: f64) -> f64 {
         let parameter = &self.parameters[index];
+        let relative = if parameter.slot == Slot::Rounding { relative.max(ROUNDING_STEP) } else { relative };
         let step = relative * parameter.scale;
         let passes = values[index] + step > parameter.max || self.open_side(values, index, step) < 0.0;
         if passes { -step } else { step }
@@ -373,6 +382,10 @@ impl Hypothesis {
                 Slot::Term(_) | Slot::SupplySensor => continue,
                 Slot::Nominal(key) => {
                     key.set(&mut out.rig, *value);
+                    continue;
+                }
+                Slot::Rounding => {
+                    out.rig.valve.corner_rounding_v = value.max(0.0).sqrt();
                     continue;
                 }
                 Slot::Opening(point) => {

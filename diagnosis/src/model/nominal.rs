@@ -238,16 +238,18 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
 /// those from the supply.
 fn shapes(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
     let (lag_s, of_lag_s) = lag_s(rig);
-    let most_v = rig.rig.valve.max_voltage_v;
+    let valve = &rig.rig.valve;
+    let most_v = valve.max_voltage_v;
+    // Edges to atmosphere come no nearer than where both break-points meet.
+    let half_v = 0.5 * (valve.dead_zone_right_v - valve.dead_zone_left_v);
     let tabulated = !rig.rig.opening.is_empty();
     let read = tabulated && rig.tolerance.default != 0.0;
-    let of = |is_there: bool, is_open: bool, place: Place, by_default: f64| {
+    let of = |is_there: bool, is_open: bool, place: Place, by_default: f64, least: f64| {
         let key = place.key();
         let nominal = key.get(&rig.rig);
         let own = rig.tolerance.own(key.path).map(|own| own * nominal.abs());
         let tolerance = own.unwrap_or(if is_open { by_default } else { 0.0 });
         let farthest = constants::farthest_nominal() * tolerance;
-        // An optional value may be absent, whatever its least one.
         let channels = (A | B) & judgeable;
         (is_there && channels != 0 && tolerance > 0.0).then_some(Parameter {
             slot: Slot::Nominal(key),
@@ -255,20 +257,39 @@ fn shapes(rig: &RigFile, judgeable: Channels) -> Vec<Parameter> {
             scale: tolerance,
             negligible: 0.0,
             tolerance: Some(tolerance),
-            min: (nominal - farthest).max(key.limits.low.min(0.0)),
+            min: (nominal - farthest).max(least),
             max: (nominal + farthest).min(key.limits.high),
             channels,
         })
     };
+    let rounding = of(true, read, Place::corner_rounding_v, constants::corner_rounding() * most_v, 0.0);
     [
-        of(lag_s > 0.0, of_lag_s > 0.0, Place::spool_inertia, constants::spool_inertia()),
-        of(true, read, Place::corner_rounding_v, constants::corner_rounding() * most_v),
-        of(true, read, Place::exhaust_overlap_v, constants::exhaust_overlap() * most_v),
-        of(tabulated, read, Place::opening_smoothness, constants::opening_smoothness()),
+        of(lag_s > 0.0, of_lag_s > 0.0, Place::spool_inertia, constants::spool_inertia(), 0.0),
+        rounding.map(squared),
+        of(true, read, Place::exhaust_overlap_v, constants::exhaust_overlap() * most_v, -half_v),
+        of(tabulated, read, Place::opening_smoothness, constants::opening_smoothness(), 0.0),
     ]
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// A rounding by its square.
+fn squared(rounding: Parameter) -> Parameter {
+    let square = |value: f64| value * value;
+    let tolerance = rounding.tolerance.map(|tolerance| square(rounding.neutral + tolerance) - square(rounding.neutral));
+    let scale = tolerance.unwrap_or(rounding.scale);
+    let farthest = constants::farthest_nominal() * scale;
+    let neutral = square(rounding.neutral);
+    Parameter {
+        slot: Slot::Rounding,
+        neutral,
+        scale,
+        tolerance,
+        min: (neutral - farthest).max(0.0),
+        max: (neutral + farthest).min(square(rounding.max)),
+        ..rounding
+    }
 }
 
 /// The points of a table of the opening between closed and full, as far as the commands reach. The slopes of the two sides take

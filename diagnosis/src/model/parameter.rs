@@ -13,6 +13,8 @@ pub(crate) enum Slot {
     Nominal(&'static RigKey),
     /// The opening of a point of the rig's table, corrected within its tolerance.
     Opening(usize),
+    /// The square of `valve.corner_rounding_v` in V2, corrected within its tolerance: what a rounding does grows with it.
+    Rounding,
     /// What the supply's sensor shows too much, Pa.
     SupplySensor,
     /// A parameter of an effect that is a possible cause.
@@ -23,14 +25,17 @@ pub(crate) enum Slot {
     Term(usize),
 }
 
-const SHAPES: [Place; 4] =
-    [Place::spool_inertia, Place::corner_rounding_v, Place::exhaust_overlap_v, Place::opening_smoothness];
+const SHAPES: [Place; 3] = [Place::spool_inertia, Place::exhaust_overlap_v, Place::opening_smoothness];
 
 impl Slot {
     /// Whether it says what data sheets of valves leave out: the order of the spool's lag, how the opening bends, edges that do not
     /// open together.
     pub(crate) fn is_shape(&self) -> bool {
-        matches!(self, Self::Nominal(key) if SHAPES.iter().any(|place| *key == place.key()))
+        match self {
+            Self::Nominal(key) => SHAPES.iter().any(|place| *key == place.key()),
+            Self::Rounding => true,
+            _ => false,
+        }
     }
 
     /// Whether it joins a fit last.
@@ -42,6 +47,7 @@ impl Slot {
     pub(crate) fn stated_key(&self) -> Option<&'static str> {
         match self {
             Self::Nominal(key) => Some(key.path),
+            Self::Rounding => Some(Place::corner_rounding_v.key().path),
             Self::Stated(effect, index) => Some(effect.info().parameters[*index].key),
             Self::Effect(..) | Self::Term(_) | Self::Opening(_) | Self::SupplySensor => None,
         }
@@ -55,7 +61,7 @@ impl PartialEq for Slot {
             (Self::Effect(one, index), Self::Effect(other, other_index))
             | (Self::Stated(one, index), Self::Stated(other, other_index)) => (one, index) == (other, other_index),
             (Self::Term(one), Self::Term(other)) | (Self::Opening(one), Self::Opening(other)) => one == other,
-            (Self::SupplySensor, Self::SupplySensor) => true,
+            (Self::SupplySensor, Self::SupplySensor) | (Self::Rounding, Self::Rounding) => true,
             _ => false,
         }
     }
@@ -80,6 +86,13 @@ pub(crate) struct Parameter {
 }
 
 impl Parameter {
+    /// Where a fit begins that knows nothing of it: at nominal. A lag of first order with a delay beside it is a minimum of its own, next to
+    /// that of a lag of second order: so the order begins between the two.
+    pub(crate) fn begin(&self) -> f64 {
+        let order = self.slot == Slot::Nominal(Place::spool_inertia.key());
+        if order && self.neutral == 0.0 { self.scale } else { self.neutral }
+    }
+
     /// Whether a value of it is at a bound, as far as steps go.
     pub(crate) fn is_at_bound(&self, value: f64) -> bool {
         (self.max - value).min(value - self.min) < constants::step_smooth() * self.scale
@@ -93,7 +106,7 @@ impl Parameter {
                 let stands_for = &effect.identification().stands_for;
                 matches!(stands_for, StandsFor::ValuesOf(_)) && stands_for.parameter_of(path) == Some(index)
             }
-            Slot::Term(_) | Slot::Opening(_) | Slot::SupplySensor => false,
+            Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => false,
         }
     }
 }

@@ -14,10 +14,20 @@ pub(crate) struct Pruned {
     pub(crate) without: Vec<Option<Fit>>,
 }
 
+/// Errors of one kind in both pressure sensors: together they change next to nothing of flow and force, so that each alone seems needed.
+const COMPENSATING: [[Effect; 2]; 2] =
+    [[Effect::PressureAGain, Effect::PressureBGain], [Effect::PressureAOffset, Effect::PressureBOffset]];
+
 /// Backward elimination: removes the most dispensable cause, one at a time, while its removal costs less than the
-/// required gain.
+/// required gain; and two that compensate each other, while the removal of both does.
 pub(crate) fn prune(problem: &Problem<'_>, fit: Fit) -> Pruned {
-    prune_before(problem, fit, 0)
+    let mut pruned = prune_before(problem, fit, 0);
+    for pair in COMPENSATING {
+        if let Some(smaller) = without_both(problem, &pruned.fit, pair) {
+            pruned = prune_before(problem, smaller, 0);
+        }
+    }
+    pruned
 }
 
 /// The same among a fit's earlier causes: the last one was just added because it gains enough.
@@ -52,6 +62,20 @@ impl Pruned {
 /// For each of some causes of a fit: the fit without it.
 fn without_each(problem: &Problem<'_>, fit: &Fit, effects: &[Effect]) -> Vec<Option<Fit>> {
     effects.par_iter().map(|effect| refit_without(problem, fit, *effect)).collect()
+}
+
+/// The fit without two of its causes, if both together gain less over it than is required of them.
+fn without_both(problem: &Problem<'_>, fit: &Fit, pair: [Effect; 2]) -> Option<Fit> {
+    if !pair.iter().all(|effect| fit.hypothesis.effects.contains(effect)) {
+        return None;
+    }
+    let [one, other] = pair;
+    let smaller = fit.hypothesis.without(one, problem.nominal).without(other, problem.nominal);
+    let allowed = required_gain(problem, fit, one) + required_gain(problem, fit, other);
+    let goal = fit.cost(problem) + allowed;
+    let changed = effects::channels(one) | effects::channels(other);
+    let smaller = problem.fit_and_search(smaller, changed, constants::iterations(), goal)?;
+    (smaller.cost(problem) <= goal).then_some(smaller)
 }
 
 /// The fit without one of its causes, everything else fitted anew.

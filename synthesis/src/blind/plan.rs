@@ -1,6 +1,6 @@
 //! Which cases a suite contains, and how one is drawn from its seed.
 
-use crate::case::{Case, Stated, true_opening, true_rig};
+use crate::case::{Case, Stated, draw_edges, true_opening, true_rig};
 use crate::cause::{Cause, Which};
 use crate::chain::Chain;
 use crate::foreign::Foreign;
@@ -294,6 +294,7 @@ impl Plan {
         }
         if rig_file.tolerance.default > 0.0 {
             truth.opening = true_opening(&truth.opening, rig_file.tolerance.default, &mut rng);
+            draw_edges(&mut truth, &mut rng);
         }
         if self.class == Class::Weather {
             // A file that calls all values exact would not be honest.
