@@ -2,6 +2,7 @@
 //! offset, an incline. Alone each is too small to be found, and together they leave every balance open, so that one effect at
 //! a time explains nothing. All of them at once, each with a prior, are an ordinary fit.
 
+use super::nominal_fit::best_breakaway;
 use super::penalty::negligible;
 use super::visibility::candidates;
 use crate::balances::observers::Mechanics;
@@ -12,7 +13,6 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
 use plant_model::Effect;
 use plant_model::effects::identification::StandsFor;
-use rayon::prelude::*;
 use rig_files::rig_key;
 
 /// The fit of all everyday effects beside those that a hypothesis has.
@@ -78,29 +78,4 @@ pub(super) fn is_everyday(problem: &Problem<'_>, effect: Effect) -> bool {
         && !i.replaces_a_law
         && i.shape_only.is_empty()
         && !i.stands_for.keys().iter().any(corrected_of_a_side)
-}
-
-/// The same with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one
-/// valley to another.
-fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
-    let of = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == "friction.static_n");
-    let Some(place) = hypothesis.parameters.iter().position(of) else { return hypothesis };
-    let p = hypothesis.parameters[place];
-    let levels: Vec<f64> =
-        std::iter::successors(Some(p.min.max(1.0e-3)), |level| Some(level * constants::level_step()))
-            .take_while(|level| *level <= p.max)
-            .collect();
-    let cost = |level: &f64| {
-        let mut values = hypothesis.values.clone();
-        values[place] = *level;
-        let residuals = problem.evaluate(&hypothesis, &values, Channel::Position.bit())?;
-        Some((problem.total(&residuals, &hypothesis, &values), *level))
-    };
-    let all: Vec<(f64, f64)> = levels.par_iter().chain([&hypothesis.values[place]]).filter_map(cost).collect();
-    let best = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let mut out = hypothesis;
-    if let Some((_, level)) = best {
-        out.values[place] = level;
-    }
-    out
 }

@@ -6,6 +6,7 @@ pub(crate) mod exchange;
 pub(crate) mod forward;
 pub(crate) mod image;
 pub(crate) mod initial_values;
+pub(crate) mod nominal_fit;
 pub(crate) mod penalty;
 pub(crate) mod ripple_spectrum;
 pub(crate) mod score_test;

@@ -3,6 +3,7 @@
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
 use super::forward::{Memory, Tried, Wanted, extensions};
+use super::nominal_fit;
 use super::penalty::{beyond_noise, out_of_reach, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
 use super::simplify::{drop_needless_parts, drop_needless_trifles, drop_uncertain, one_of_each_tie};
@@ -68,12 +69,7 @@ pub(crate) fn search(
 ) -> Option<Found> {
     let mut memory = Memory::default();
     progress("nominal model");
-    let coarse = problem.fit(nominal.coarse(), constants::iterations())?;
-    let null = if coarse.hypothesis.parameters.len() == nominal.parameters.len() {
-        coarse
-    } else {
-        problem.fit(nominal.refining(&coarse.hypothesis), constants::iterations())?
-    };
+    let null = nominal_fit::fitted(problem, nominal)?;
     let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
     let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);

@@ -1,0 +1,60 @@
+//! The fit of the nominal values alone, within their tolerances.
+
+use crate::balances::observers::Mechanics;
+use crate::constants;
+use crate::data::channel::Channel;
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::hypothesis::Hypothesis;
+use crate::model::parameter::{Parameter, Slot};
+use rayon::prelude::*;
+
+/// The fit of the nominal values; what leads astray from far away joins last.
+pub(super) fn fitted(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit> {
+    let coarse = problem.fit(nominal.coarse(), constants::iterations())?;
+    let fit = if coarse.hypothesis.parameters.len() == nominal.parameters.len() {
+        coarse
+    } else {
+        problem.fit(nominal.refining(&coarse.hypothesis), constants::iterations())?
+    };
+    let position = Channel::Position.bit();
+    let open = fit.channel_cost[Channel::Position as usize] > constants::like_noise() * problem.noise_cost(position);
+    let other = if open { by_momentum(problem, &fit) } else { None };
+    Some(other.filter(|other| other.cost(problem) < fit.cost(problem)).unwrap_or(fit))
+}
+
+/// The same with mechanics fitted first as an equation error, which has one minimum, then as predictions: friction that is known to a
+/// third may end in a minimum beside the truth.
+fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
+    let position = Channel::Position.bit();
+    let mut anew = fit.hypothesis.clone();
+    let mechanics = anew.parameters.iter().zip(&mut anew.values).filter(|(p, _)| p.channels == position);
+    mechanics.for_each(|(p, value)| *value = p.neutral);
+    let begun = problem.judging(Mechanics::Momentum).refit(anew, position, constants::iterations())?;
+    let fit = problem.refit(best_breakaway(problem, begun.hypothesis), position, constants::iterations())?;
+    problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
+}
+
+/// The same with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one
+/// valley to another.
+pub(super) fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
+    let of = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == "friction.static_n");
+    let Some(place) = hypothesis.parameters.iter().position(of) else { return hypothesis };
+    let p = hypothesis.parameters[place];
+    let levels: Vec<f64> =
+        std::iter::successors(Some(p.min.max(1.0e-3)), |level| Some(level * constants::level_step()))
+            .take_while(|level| *level <= p.max)
+            .collect();
+    let cost = |level: &f64| {
+        let mut values = hypothesis.values.clone();
+        values[place] = *level;
+        let residuals = problem.evaluate(&hypothesis, &values, Channel::Position.bit())?;
+        Some((problem.total(&residuals, &hypothesis, &values), *level))
+    };
+    let all: Vec<(f64, f64)> = levels.par_iter().chain([&hypothesis.values[place]]).filter_map(cost).collect();
+    let best = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let mut out = hypothesis;
+    if let Some((_, level)) = best {
+        out.values[place] = level;
+    }
+    out
+}
