@@ -266,7 +266,7 @@ fn corners_edges_and_curve_that_no_catalogue_draws_are_found_beside_its_table() 
         let named: Vec<&str> = hidden.iter().map(Cause::id).collect();
         let machined = |truth: &mut Rig<f64>, _: &mut _| {
             let valve = &mut truth.valve;
-            (valve.corner_rounding_v, valve.exhaust_overlap_v, valve.opening_smoothness) = (0.06, 0.02, 0.8);
+            (valve.corner_rounding_v, valve.exhaust_overlap_v, valve.opening_smoothness) = (0.12, 0.02, 0.8);
         };
         let case = bought(&sheet, machined, hidden.clone(), seed as u64);
         let found = diagnose(&sheet, &case.record().0, &|_| {}).expect("a full log");
@@ -275,7 +275,7 @@ fn corners_edges_and_curve_that_no_catalogue_draws_are_found_beside_its_table() 
         let verdict = if named.is_empty() { Verdict::NoGap } else { Verdict::Explained };
         assert_eq!(found.verdict, verdict, "{:?}", found.balances);
         for (name, truth) in
-            [("valve.corner_rounding_v", 0.06), ("valve.exhaust_overlap_v", 0.02), ("valve.opening_smoothness", 0.8)]
+            [("valve.corner_rounding_v", 0.12), ("valve.exhaust_overlap_v", 0.02), ("valve.opening_smoothness", 0.8)]
         {
             let told = found.calibration.iter().find(|value| value.name == name);
             let told = told.unwrap_or_else(|| panic!("{name} is not told: {:?}", found.calibration));

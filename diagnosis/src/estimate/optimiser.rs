@@ -6,7 +6,7 @@ use super::problem::{Fit, Problem};
 use super::secant;
 use crate::constants;
 use crate::data::channel::Channels;
-use crate::model::hypothesis::Hypothesis;
+use crate::model::hypothesis::{Hypothesis, hides};
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector};
 
@@ -107,8 +107,10 @@ impl Problem<'_> {
         let mut cost = self.total(&residuals, &hypothesis, &values);
         // The curvature of a prior can be many decades below that of the data; damping must stay below both.
         let mut damping = 1.0e-7;
-        let known: Vec<Option<&Residuals>> =
-            hypothesis.parameters.iter().map(|p| derivatives.known().and_then(|s| s.by(p.slot))).collect();
+        // Where the last effect moves what a value belongs to, another fit's derivatives by it are of another place.
+        let stale = |p: &Parameter| hypothesis.effects.last().is_some_and(|effect| hides(*effect, p));
+        let known_by = |p: &Parameter| derivatives.known().filter(|_| !stale(p)).and_then(|s| s.by(p.slot));
+        let known: Vec<Option<&Residuals>> = hypothesis.parameters.iter().map(known_by).collect();
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         let mut gained_before = f64::INFINITY;
         let mut state = Slopes::Old;

@@ -18,6 +18,11 @@ pub(crate) struct Hypothesis {
     pub(crate) values: Vec<f64>,
 }
 
+/// Whether a value hides an effect that moves what it belongs to: points of a table bend about a break-point that lies elsewhere.
+pub(crate) fn hides(effect: Effect, parameter: &Parameter) -> bool {
+    effect == Effect::ValveDeadZone && parameter.slot.is_fine()
+}
+
 /// Least step of the difference quotient of a rounding's square, scales: 14 % of a rounding of one tolerance.
 const ROUNDING_STEP: f64 = 0.02;
 
@@ -141,8 +146,7 @@ impl Hypothesis {
                         .tolerance
                         .is_some_and(|t| (value - parameter.neutral).abs() > constants::strained() * t)
                     && parameter.channels & channels(effect) != 0;
-                // Points of a table that bend about a break-point elsewhere hide where it is.
-                let hides = anew && effect == Effect::ValveDeadZone && parameter.slot.is_fine();
+                let hides = anew && hides(effect, parameter);
                 out.parameters.push(*parameter);
                 out.values.push(if replaced || strained || hides { parameter.begin() } else { *value });
             }
