@@ -134,6 +134,9 @@ pub struct OpeningPoints<R> {
     count: u8,
     /// The part that the cubic has of the curve between points; the rest is straight.
     smoothness: R,
+    /// Slopes of the cubic at the points, rad/V, and of both sides at the end of flow; zero where it has no part.
+    slopes: [R; OPENING_POINTS],
+    first_slopes: [R; 2],
 }
 
 impl<R: Real> OpeningPoints<R> {
@@ -144,7 +147,14 @@ impl<R: Real> OpeningPoints<R> {
         }
         let [left, right] = table.closed_v();
         let full = R::PI * R::HALF;
-        let mut curve = Self { points: [[R::ZERO; 2]; OPENING_POINTS], positive: 0, count: 0, smoothness };
+        let mut curve = Self {
+            points: [[R::ZERO; 2]; OPENING_POINTS],
+            positive: 0,
+            count: 0,
+            smoothness,
+            slopes: [R::ZERO; OPENING_POINTS],
+            first_slopes: [R::ZERO; 2],
+        };
         let mut push = |distance: R, opening: R| {
             if let Some(point) = curve.points.get_mut(usize::from(curve.count)) {
                 *point = [distance, opening * full];
@@ -159,30 +169,44 @@ impl<R: Real> OpeningPoints<R> {
             push(left - *u, -*opening);
         }
         curve.positive = positive as u8;
+        if smoothness > R::ZERO {
+            for (place, range) in curve.sides().into_iter().enumerate() {
+                let side = curve.points.get(range.clone()).unwrap_or(&[]);
+                curve.first_slopes[place] = node_slope(side, 0);
+                for (k, slope) in curve.slopes.get_mut(range).into_iter().flatten().enumerate() {
+                    *slope = node_slope(side, k + 1);
+                }
+            }
+        }
         Some(curve)
+    }
+
+    /// The places of the points of positive commands, and of negative ones.
+    fn sides(&self) -> [core::ops::Range<usize>; 2] {
+        let [positive, count] = [self.positive, self.count].map(usize::from);
+        [0..positive, positive..count]
     }
 
     /// Magnitude in rad at an effective command in V, and its derivative by the command's magnitude in rad/V.
     #[inline(never)]
     pub(crate) fn at(&self, w: R) -> (R, R) {
-        let (from, to) = if w >= R::ZERO { (0, self.positive) } else { (self.positive, self.count) };
-        let side = self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[]);
+        let place = usize::from(w < R::ZERO);
+        let range = self.sides()[place].clone();
+        let (first, side) = (range.start, self.points.get(range).unwrap_or(&[]));
         let distance = w.abs();
-        let [mut before, mut opening] = [R::ZERO; 2];
-        for (k, [after, wider]) in side.iter().enumerate() {
-            if distance < *after {
-                let slope = (*wider - opening) / (*after - before);
-                let straight = (opening + slope * (distance - before), slope);
-                if self.smoothness == R::ZERO {
-                    return straight;
-                }
-                let cubic = cubic(side, k, distance);
-                let blend = |straight: R, cubic: R| straight + self.smoothness * (cubic - straight);
-                return (blend(straight.0, cubic.0), blend(straight.1, cubic.1));
-            }
-            [before, opening] = [*after, *wider];
+        let k = side.partition_point(|[after, _]| *after <= distance);
+        let [before, opening] = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
+        let Some([after, wider]) = side.get(k) else { return (opening, R::ZERO) };
+        let slope = (*wider - opening) / (*after - before);
+        let straight = (opening + slope * (distance - before), slope);
+        if self.smoothness == R::ZERO {
+            return straight;
         }
-        (opening, R::ZERO)
+        let begins = if k == 0 { self.first_slopes[place] } else { self.slopes[first + k - 1] };
+        let line = Line { length: *after - before, slope, end: [*after, *wider] };
+        let cubic = line.cubic([begins, self.slopes[first + k]], distance);
+        let blend = |straight: R, cubic: R| straight + self.smoothness * (cubic - straight);
+        (blend(straight.0, cubic.0), blend(straight.1, cubic.1))
     }
 }
 
@@ -212,17 +236,27 @@ fn node_slope<R: Real>(side: &[[R; 2]], k: usize) -> R {
     }
 }
 
-/// The monotone cubic of a side's `k`-th line at a distance in V on it, rad, and its derivative, rad/V.
-#[inline(never)]
-fn cubic<R: Real>(side: &[[R; 2]], k: usize, distance: R) -> (R, R) {
-    let (Some((length, slope)), Some([to, opening])) = (line(side, k), side.get(k)) else { return (R::ZERO, R::ZERO) };
-    let [begins, ends] = [node_slope(side, k), node_slope(side, k + 1)];
-    let (two, three) = (R::ONE + R::ONE, R::ONE + R::ONE + R::ONE);
-    // Backwards from the end of the line.
-    let (left, part) = (*to - distance, (*to - distance) / length);
-    let [curve, bend] = [three * slope - two * ends - begins, begins + ends - two * slope];
-    let value = *opening - left * (ends + part * (curve + part * bend));
-    (value, ends + part * (two * curve + three * part * bend))
+/// A line between two points of a side.
+struct Line<R> {
+    /// V.
+    length: R,
+    /// rad/V.
+    slope: R,
+    /// The point where it ends.
+    end: [R; 2],
+}
+
+impl<R: Real> Line<R> {
+    /// The cubic in its place with the slopes at both ends, at a distance in V: rad, and its derivative, rad/V.
+    fn cubic(&self, [begins, ends]: [R; 2], distance: R) -> (R, R) {
+        let (two, three) = (R::ONE + R::ONE, R::ONE + R::ONE + R::ONE);
+        // Backwards from the end of the line.
+        let [to, opening] = self.end;
+        let (left, part) = (to - distance, (to - distance) / self.length);
+        let [curve, bend] = [three * self.slope - two * ends - begins, begins + ends - two * self.slope];
+        let value = opening - left * (ends + part * (curve + part * bend));
+        (value, ends + part * (two * curve + three * part * bend))
+    }
 }
 
 #[cfg(test)]

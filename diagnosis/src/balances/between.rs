@@ -16,8 +16,8 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
     let volts = jumps(u);
-    let openings =
-        [Side::A, Side::B].map(|side| u.iter().map(|u| valve::signed_opening(plant, side, *u)).collect::<Vec<f64>>());
+    let (a, b): (Vec<f64>, Vec<f64>) = u.iter().map(|u| <(f64, f64)>::from(valve::signed_openings(plant, *u))).unzip();
+    let openings = [a, b];
     let radians = openings.each_ref().map(|openings| jumps(openings));
     // A jump at a time that is equally likely anywhere between two rows: the standard deviation of the mean.
     let spread = 1.0 / 12.0_f64.sqrt();

@@ -50,11 +50,11 @@ impl Travel {
     }
 }
 
-/// Opening of a chamber's paths at a place of the spool in V, rad; positive where A is filled and B exhausted.
-pub(super) fn signed_opening(plant: &Plant<f64>, side: Side, spool_v: f64) -> f64 {
+/// Openings of the paths of A and of B at a place of the spool in V, rad; positive where A is filled and B exhausted.
+pub(super) fn signed_openings(plant: &Plant<f64>, spool_v: f64) -> [f64; 2] {
     let opening = plant.opening(spool_v);
-    let magnitude = opening.through(opening.fills_a == (side == Side::A));
-    if opening.fills_a { magnitude } else { -magnitude }
+    let [a, b] = [opening.through(opening.fills_a), opening.through(!opening.fills_a)];
+    if opening.fills_a { [a, b] } else { [-a, -b] }
 }
 
 /// Signed openings of the paths of both chambers in rad by sample, positive where A is filled and B exhausted, averaged over the
@@ -105,35 +105,32 @@ pub(super) struct Places {
 
 /// The openings where the spool is.
 pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Openings {
-    let a = Arc::new(openings_of(places, record, plant, Side::A));
-    let b = if plant.exhaust_zone().is_some() {
-        Arc::new(openings_of(places, record, plant, Side::B))
-    } else {
-        Arc::clone(&a)
-    };
-    Openings { a, b }
-}
-
-fn openings_of(places: &Places, record: &Record, plant: &Plant<f64>, side: Side) -> Vec<f64> {
-    let mut last = (f64::NAN, 0.0);
+    let apart = plant.exhaust_zone().is_some();
+    let rows = places.ends.len();
+    let (mut a, mut b) = (Vec::with_capacity(rows), Vec::with_capacity(if apart { rows } else { 0 }));
+    let mut last = (f64::NAN, [0.0; 2]);
     let mut begin = 0;
-    let opening = |(k, end): (usize, &usize)| {
+    for (k, end) in places.ends.iter().enumerate() {
         let parts = &places.parts[begin..*end];
         begin = *end;
-        if parts.is_empty() {
-            return f64::NAN;
-        }
-        let mut sum = 0.0;
+        let mut sum = [0.0; 2];
         for (mean, duration) in parts {
             if *mean != last.0 {
-                last = (*mean, signed_opening(plant, side, *mean));
+                last = (*mean, signed_openings(plant, *mean));
             }
-            sum += last.1 * duration;
+            sum = [sum[0] + last.1[0] * duration, sum[1] + last.1[1] * duration];
         }
         let from = record.t_s[k];
-        sum / (from + record.interval_s(k) - from).max(1.0e-9)
-    };
-    places.ends.iter().enumerate().map(opening).collect()
+        let interval_s = (from + record.interval_s(k) - from).max(1.0e-9);
+        let mean = |sum: f64| if parts.is_empty() { f64::NAN } else { sum / interval_s };
+        a.push(mean(sum[0]));
+        if apart {
+            b.push(mean(sum[1]));
+        }
+    }
+    let a = Arc::new(a);
+    let b = if apart { Arc::new(b) } else { Arc::clone(&a) };
+    Openings { a, b }
 }
 
 /// The places of the spool, in some stretches if there are any.
