@@ -40,7 +40,7 @@ impl Hypothesis {
         Self { effects: self.effects.clone(), parameters, values }
     }
 
-    /// The same with the values of a coarse fit.
+    /// The same with the values of a coarse fit; shapes, which that has not, begin [where they should](Parameter::begin).
     pub(crate) fn refining(&self, coarse: &Self) -> Self {
         let mut out = self.with_values_of(coarse);
         let pairs = out.parameters.iter().zip(&mut out.values);
