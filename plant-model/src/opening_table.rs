@@ -134,9 +134,6 @@ pub struct OpeningPoints<R> {
     count: u8,
     /// The part that the cubic has of the curve between points; the rest is straight.
     smoothness: R,
-    /// Slopes of the cubic at the points, rad/V, and of both sides at the end of flow; zero where it has no part.
-    slopes: [R; OPENING_POINTS],
-    first_slopes: [R; 2],
 }
 
 impl<R: Real> OpeningPoints<R> {
@@ -147,14 +144,7 @@ impl<R: Real> OpeningPoints<R> {
         }
         let [left, right] = table.closed_v();
         let full = R::PI * R::HALF;
-        let mut curve = Self {
-            points: [[R::ZERO; 2]; OPENING_POINTS],
-            positive: 0,
-            count: 0,
-            smoothness,
-            slopes: [R::ZERO; OPENING_POINTS],
-            first_slopes: [R::ZERO; 2],
-        };
+        let mut curve = Self { points: [[R::ZERO; 2]; OPENING_POINTS], positive: 0, count: 0, smoothness };
         let mut push = |distance: R, opening: R| {
             if let Some(point) = curve.points.get_mut(usize::from(curve.count)) {
                 *point = [distance, opening * full];
@@ -169,30 +159,14 @@ impl<R: Real> OpeningPoints<R> {
             push(left - *u, -*opening);
         }
         curve.positive = positive as u8;
-        if smoothness > R::ZERO {
-            for (place, range) in curve.sides().into_iter().enumerate() {
-                let side = curve.points.get(range.clone()).unwrap_or(&[]);
-                curve.first_slopes[place] = node_slope(side, 0);
-                for (k, slope) in curve.slopes.get_mut(range).into_iter().flatten().enumerate() {
-                    *slope = node_slope(side, k + 1);
-                }
-            }
-        }
         Some(curve)
-    }
-
-    /// The places of the points of positive commands, and of negative ones.
-    fn sides(&self) -> [core::ops::Range<usize>; 2] {
-        let [positive, count] = [self.positive, self.count].map(usize::from);
-        [0..positive, positive..count]
     }
 
     /// Magnitude in rad at an effective command in V, and its derivative by the command's magnitude in rad/V.
     #[inline(never)]
     pub(crate) fn at(&self, w: R) -> (R, R) {
-        let place = usize::from(w < R::ZERO);
-        let range = self.sides()[place].clone();
-        let (first, side) = (range.start, self.points.get(range).unwrap_or(&[]));
+        let (from, to) = if w >= R::ZERO { (0, self.positive) } else { (self.positive, self.count) };
+        let side = self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[]);
         let distance = w.abs();
         let k = side.partition_point(|[after, _]| *after <= distance);
         let [before, opening] = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
@@ -202,9 +176,9 @@ impl<R: Real> OpeningPoints<R> {
         if self.smoothness == R::ZERO {
             return straight;
         }
-        let begins = if k == 0 { self.first_slopes[place] } else { self.slopes[first + k - 1] };
+        // Not kept: a microcontroller has several plants, and few tables that are not straight.
         let line = Line { length: *after - before, slope, end: [*after, *wider] };
-        let cubic = line.cubic([begins, self.slopes[first + k]], distance);
+        let cubic = line.cubic([node_slope(side, k), node_slope(side, k + 1)], distance);
         let blend = |straight: R, cubic: R| straight + self.smoothness * (cubic - straight);
         (blend(straight.0, cubic.0), blend(straight.1, cubic.1))
     }

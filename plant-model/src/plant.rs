@@ -73,8 +73,6 @@ pub struct Plant<R> {
     pub(crate) orifices_a: Orifices<R>,
     pub(crate) orifices_b: Orifices<R>,
     curve: Option<OpeningCurve<R>>,
-    /// The dead zone of the paths to atmosphere, where it is another.
-    pub(crate) exhaust_zone: Option<DeadZone<R>>,
     pub(crate) lugre: LuGre<R>,
     /// `R n T`, J/kg.
     pub(crate) energy: R,
@@ -257,8 +255,6 @@ impl<R: Real> Plant<R> {
             orifices_b,
             curve: (added.opening_curve.curve.map(OpeningCurve::Parabola))
                 .or_else(|| OpeningCurve::of(&rig.opening, rig.valve.opening_smoothness)),
-            exhaust_zone: (model.exhaust_overlap_v != R::ZERO)
-                .then(|| model.dead_zone.widened(model.exhaust_overlap_v)),
             weight_n,
             lugre: LuGre {
                 stiffness: model.stiffness,
@@ -364,7 +360,7 @@ impl<R: Real> Plant<R> {
     #[must_use]
     pub fn opening(&self, spool_v: R) -> Opening<R> {
         let opening = self.opening_at(self.model.dead_zone.output_v(spool_v));
-        match &self.exhaust_zone {
+        match self.exhaust_zone() {
             None => opening,
             Some(zone) => self.with_exhaust(opening, zone.output_v(spool_v)),
         }
@@ -404,8 +400,9 @@ impl<R: Real> Plant<R> {
 
     /// The dead zone of the paths to atmosphere, if they have one of their own.
     #[must_use]
-    pub fn exhaust_zone(&self) -> Option<&DeadZone<R>> {
-        self.exhaust_zone.as_ref()
+    pub fn exhaust_zone(&self) -> Option<DeadZone<R>> {
+        let overlap_v = self.model.exhaust_overlap_v;
+        (overlap_v != R::ZERO).then(|| self.model.dead_zone.widened(overlap_v))
     }
 
     /// The curve by which the valve opens, if it is not the arc tangent.
@@ -421,7 +418,6 @@ impl<R: Real> Plant<R> {
         let mut alike = *other;
         alike.model.dead_zone = self.model.dead_zone;
         alike.model.exhaust_overlap_v = self.model.exhaust_overlap_v;
-        alike.exhaust_zone = self.exhaust_zone;
         alike.model.spool_inertia = self.model.spool_inertia;
         alike.curve = self.curve;
         alike.added.opening_curve = self.added.opening_curve;

@@ -85,7 +85,7 @@ impl<R: Real> Plant<R> {
     pub(crate) fn drive_from(&self, inputs: &Inputs<R>, last: &mut Opening<R>) -> Drive<R> {
         let command_v = inputs.u_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
         let w = self.model.dead_zone.output_v(command_v);
-        if self.exhaust_zone.is_some() {
+        if self.model.exhaust_overlap_v != R::ZERO {
             *last = self.opening(command_v);
         } else if w != last.w {
             *last = self.opening_at(w);
@@ -351,8 +351,8 @@ impl<R: Real> Plant<R> {
                     if open { per_v() } else { zero }
                 };
                 let fill = slope(&m.dead_zone, &opening);
-                let exhaust = (self.exhaust_zone.as_ref())
-                    .map_or(fill, |zone| slope(zone, &self.opening_at(zone.output_v(state.spool_v))));
+                let exhaust = (self.exhaust_zone())
+                    .map_or(fill, |zone| slope(&zone, &self.opening_at(zone.output_v(state.spool_v))));
                 let gain = |valve: &Flow<R>, filling: bool| {
                     valve.mass_flow * if filling { fill } else { exhaust } * valve.opening_exponent
                 };

@@ -23,7 +23,7 @@ impl Path {
         let dead_zone = plant.coefficients().dead_zone;
         Self {
             dead_zone,
-            exhaust_zone: plant.exhaust_zone().copied(),
+            exhaust_zone: plant.exhaust_zone(),
             curve: plant.opening_curve().copied(),
             travel: Travel::of(plant),
         }
