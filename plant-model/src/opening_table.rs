@@ -169,61 +169,65 @@ impl<R: Real> OpeningPoints<R> {
         let side = self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[]);
         let distance = w.abs();
         let k = side.partition_point(|[after, _]| *after <= distance);
-        let [before, opening] = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
-        let Some([after, wider]) = side.get(k) else { return (opening, R::ZERO) };
-        let slope = (*wider - opening) / (*after - before);
-        let straight = (opening + slope * (distance - before), slope);
+        let Some(line) = Line::of(side, k) else { return (side.last().map_or(R::ZERO, |last| last[1]), R::ZERO) };
+        let straight = (line.begin[1] + line.slope * (distance - line.begin[0]), line.slope);
         if self.smoothness == R::ZERO {
             return straight;
         }
         // Not kept: a microcontroller has several plants, and few tables that are not straight.
-        let line = Line { length: *after - before, slope, end: [*after, *wider] };
         let cubic = line.cubic([node_slope(side, k), node_slope(side, k + 1)], distance);
         let blend = |straight: R, cubic: R| straight + self.smoothness * (cubic - straight);
         (blend(straight.0, cubic.0), blend(straight.1, cubic.1))
     }
 }
 
-/// Length and slope of the `k`-th line of a side: from the point before to point `k`, the end of flow being the first one's.
-fn line<R: Real>(side: &[[R; 2]], k: usize) -> Option<(R, R)> {
-    let [to, opening] = side.get(k)?;
-    let [from, narrower] = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
-    let length = *to - from;
-    Some((length, (*opening - narrower) / length))
-}
-
 /// The slope of the monotone cubic where the `k`-th line of a side begins: of the parabola through the three points there, at most
 /// three times that of the flatter line beside it (Hyman 1983; de Boor and Swartz 1977).
 fn node_slope<R: Real>(side: &[[R; 2]], k: usize) -> R {
-    let three = R::ONE + R::ONE + R::ONE;
-    let end = |near: (R, R), far: Option<(R, R)>| {
-        far.map_or(near.1, |far| near.1 + near.0 * (near.1 - far.1) / (near.0 + far.0)).at_least(R::ZERO)
+    let line = |k: usize| Line::of(side, k);
+    let end = |near: Line<R>, far: Option<Line<R>>| {
+        let bent = |far: Line<R>| near.slope + near.length * (near.slope - far.slope) / (near.length + far.length);
+        far.map_or(near.slope, bent).at_least(R::ZERO)
     };
-    match (k.checked_sub(1).and_then(|before| line(side, before)), line(side, k)) {
+    match (k.checked_sub(1).and_then(line), line(k)) {
         (Some(before), Some(after)) => {
-            let parabola = (after.0 * before.1 + before.0 * after.1) / (before.0 + after.0);
-            parabola.at_most(three * before.1.at_most(after.1))
+            let sum = after.length * before.slope + before.length * after.slope;
+            let parabola = sum / (before.length + after.length);
+            parabola.at_most(three::<R>() * before.slope.at_most(after.slope))
         }
-        (None, Some(first)) => end(first, line(side, 1)),
-        (Some(last), None) => end(last, k.checked_sub(2).and_then(|before| line(side, before))),
+        (None, Some(first)) => end(first, line(1)),
+        (Some(last), None) => end(last, k.checked_sub(2).and_then(line)),
         (None, None) => R::ZERO,
     }
 }
 
+fn three<R: Real>() -> R {
+    R::ONE + R::ONE + R::ONE
+}
+
 /// A line between two points of a side.
 struct Line<R> {
+    /// The points where it begins and ends.
+    begin: [R; 2],
+    end: [R; 2],
     /// V.
     length: R,
     /// rad/V.
     slope: R,
-    /// The point where it ends.
-    end: [R; 2],
 }
 
 impl<R: Real> Line<R> {
+    /// The `k`-th line of a side: from the point before to point `k`, the end of flow being the first one's.
+    fn of(side: &[[R; 2]], k: usize) -> Option<Self> {
+        let end = *side.get(k)?;
+        let begin = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
+        let length = end[0] - begin[0];
+        Some(Self { begin, end, length, slope: (end[1] - begin[1]) / length })
+    }
+
     /// The cubic in its place with the slopes at both ends, at a distance in V: rad, and its derivative, rad/V.
     fn cubic(&self, [begins, ends]: [R; 2], distance: R) -> (R, R) {
-        let (two, three) = (R::ONE + R::ONE, R::ONE + R::ONE + R::ONE);
+        let (two, three) = (R::ONE + R::ONE, three::<R>());
         // Backwards from the end of the line.
         let [to, opening] = self.end;
         let (left, part) = (to - distance, (to - distance) / self.length);

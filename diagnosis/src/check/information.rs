@@ -13,7 +13,6 @@ use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::Problem;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::nominal;
-use crate::model::parameter::Slot;
 use crate::select::visibility;
 use plant_model::Effect;
 use plant_model::effects::MAX_PARAMETERS;
@@ -118,9 +117,8 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
         let Some(name) = parameter.slot.stated_key() else { continue };
         let (error, information) = std_error(&beside(place), &base, &references, place);
         let compared_with = parameter.tolerance.unwrap_or(parameter.scale);
-        let values = [error * parameter.scale, compared_with];
-        // A rounding is fitted by its square, told as it is.
-        let [error, compared_with] = if parameter.slot == Slot::Rounding { values.map(f64::sqrt) } else { values };
+        let [error, compared_with] =
+            [error * parameter.scale, compared_with].map(|value| parameter.slot.as_stated(value));
         out.push(Knowledge::new(name, error, compared_with, information));
     }
     let effects: Vec<Effect> = visibility::candidates(problem);

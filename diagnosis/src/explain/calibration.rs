@@ -28,10 +28,9 @@ pub(crate) fn calibration(problem: &Problem<'_>, fit: &Fit) -> Vec<Calibration> 
         let moved = (value - parameter.neutral).abs();
         if moved > constants::calibrated_sigmas() * std_error && moved > 0.1 * tolerance {
             out.push(if parameter.slot == Slot::Rounding {
-                // Fitted by its square, told as it is.
-                let [nominal, value] = [nominal, corrected].map(|square| square.max(0.0).sqrt());
-                let tolerance = (parameter.neutral + tolerance).sqrt() - nominal;
-                Calibration { name, nominal, value, std_error: 0.5 * std_error / value, tolerance }
+                let stated = |square: f64| parameter.slot.as_stated(square);
+                let (tolerance, value) = (stated(nominal + tolerance) - stated(nominal), stated(corrected));
+                Calibration { name, nominal: stated(nominal), value, std_error: 0.5 * std_error / value, tolerance }
             } else {
                 Calibration { name, nominal, value: corrected, std_error, tolerance }
             });

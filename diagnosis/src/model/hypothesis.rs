@@ -389,7 +389,7 @@ impl Hypothesis {
                     continue;
                 }
                 Slot::Rounding => {
-                    out.rig.valve.corner_rounding_v = value.max(0.0).sqrt();
+                    out.rig.valve.corner_rounding_v = parameter.slot.as_stated(*value);
                     continue;
                 }
                 Slot::Opening(point) => {

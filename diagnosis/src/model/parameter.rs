@@ -43,6 +43,11 @@ impl Slot {
         matches!(self, Self::Opening(_)) || self.is_shape()
     }
 
+    /// A value of it as the rig file states it: a rounding is fitted by its square.
+    pub(crate) fn as_stated(&self, value: f64) -> f64 {
+        if *self == Self::Rounding { value.max(0.0).sqrt() } else { value }
+    }
+
     /// The key of what the rig file states; `None` for what it does not.
     pub(crate) fn stated_key(&self) -> Option<&'static str> {
         match self {
