@@ -316,6 +316,9 @@ constants! {
         chamber_clear: f64 = 0.5, "",
             "Where pressure noise is less than this part of what position noise makes, the prediction follows the measurement.",
             "equal shares are 0.7";
+        slowest_observer: f64 = 15.0, "rad/s",
+            "The position observer is no slower, however quiet the pressures are.",
+            "it forgets within 0.3 s: a part of the log is 1.5 s long or less";
         observer_step: f64 = 0.5, "",
             "The position observer's bandwidth times the time between rows is no larger.",
             "at 0.5 its error decays by 0.87 from row to row; from 0.8 on it would grow";

@@ -14,7 +14,7 @@ use crate::data::repeats;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 use crate::estimate::effort::Effort;
 use crate::estimate::problem::{Fit, Problem};
-use crate::estimate::{between_rows, clocks, noise_level};
+use crate::estimate::{between_rows, clocks, gauges, noise_level};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, extension, identifiability};
 use crate::model::hypothesis::Hypothesis;
@@ -76,7 +76,9 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
         {
             reconsidered[0] = true;
-            if let Some(found) = clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis) {
+            let gauge = || gauges::chambers_as_gauge(rig, log, (judgeable, &corrected), &fit.hypothesis);
+            let shifted = || clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis);
+            if let Some(found) = gauge().or_else(shifted) {
                 return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
             }
             if let Some(quieter) = noise_level::quieter(&problem, &fit) {

@@ -49,7 +49,7 @@ pub use effects::wall_heat::{Law as WallHeatLaw, Walls};
 pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
 pub use measurement::Measurement;
 pub use opening::OpeningCurve;
-pub use opening_table::{OPENING_POINTS, OpeningPoints, OpeningTable};
+pub use opening_table::{OPENING_POINTS, OpeningPoints, OpeningTable, Piece as OpeningPiece};
 pub use plant::{GRAVITY_M_PER_S2, Inputs, MINIMUM_VOLUME_RATIO, Plant, State};
 pub use real::Real;
 pub use rig::{

@@ -165,19 +165,62 @@ impl<R: Real> OpeningPoints<R> {
     /// Magnitude in rad at an effective command in V, and its derivative by the command's magnitude in rad/V.
     #[inline(never)]
     pub(crate) fn at(&self, w: R) -> (R, R) {
-        let (from, to) = if w >= R::ZERO { (0, self.positive) } else { (self.positive, self.count) };
-        let side = self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[]);
+        let side = self.side(w >= R::ZERO);
         let distance = w.abs();
         let k = side.partition_point(|[after, _]| *after <= distance);
-        let Some(line) = Line::of(side, k) else { return (side.last().map_or(R::ZERO, |last| last[1]), R::ZERO) };
-        let straight = (line.begin[1] + line.slope * (distance - line.begin[0]), line.slope);
-        if self.smoothness == R::ZERO {
-            return straight;
-        }
         // Not kept: a microcontroller has several plants, and few tables that are not straight.
-        let cubic = line.cubic([node_slope(side, k), node_slope(side, k + 1)], distance);
-        let blend = |straight: R, cubic: R| straight + self.smoothness * (cubic - straight);
-        (blend(straight.0, cubic.0), blend(straight.1, cubic.1))
+        let beyond = || (side.last().map_or(R::ZERO, |last| last[1]), R::ZERO);
+        Piece::of(side, k, self.smoothness).map_or_else(beyond, |piece| piece.at(distance))
+    }
+
+    /// The curve beyond one end of flow, piece by piece, up to the last point; there the opening stays. What evaluates it often
+    /// keeps them.
+    pub fn pieces(&self, positive: bool) -> impl Iterator<Item = Piece<R>> + '_ {
+        let side = self.side(positive);
+        (0..side.len()).filter_map(move |k| Piece::of(side, k, self.smoothness))
+    }
+
+    fn side(&self, positive: bool) -> &[[R; 2]] {
+        let (from, to) = if positive { (0, self.positive) } else { (self.positive, self.count) };
+        self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[])
+    }
+}
+
+/// The opening between two points of a table: a polynomial of the distance from the first one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece<R> {
+    /// Distance beyond the end of flow where it begins, V.
+    pub from: R,
+    /// Where it ends, V.
+    pub to: R,
+    /// Of the powers 0 to 3 of the distance in V from where it begins; rad.
+    coefficients: [R; 4],
+}
+
+impl<R: Real> Piece<R> {
+    /// The `k`-th piece of a side, with a part of the monotone cubic in it.
+    fn of(side: &[[R; 2]], k: usize, smoothness: R) -> Option<Self> {
+        let line = Line::of(side, k)?;
+        let [from, opening] = line.begin;
+        let mut coefficients = [opening, line.slope, R::ZERO, R::ZERO];
+        if smoothness != R::ZERO {
+            let [begins, ends] = [k, k + 1].map(|k| node_slope(side, k) - line.slope);
+            let bend = smoothness / line.length;
+            coefficients[1] += smoothness * begins;
+            coefficients[2] = -bend * (begins + begins + ends);
+            coefficients[3] = bend / line.length * (begins + ends);
+        }
+        Some(Self { from, to: line.end, coefficients })
+    }
+
+    /// Magnitude in rad at a distance beyond the end of flow in V, and its derivative in rad/V.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, distance: R) -> (R, R) {
+        let x = distance - self.from;
+        let [constant, first, second, third] = self.coefficients;
+        let value = constant + x * (first + x * (second + x * third));
+        (value, first + x * (second + second + three::<R>() * x * third))
     }
 }
 
@@ -207,9 +250,10 @@ fn three<R: Real>() -> R {
 
 /// A line between two points of a side.
 struct Line<R> {
-    /// The points where it begins and ends.
+    /// The point where it begins.
     begin: [R; 2],
-    end: [R; 2],
+    /// Distance where it ends, V.
+    end: R,
     /// V.
     length: R,
     /// rad/V.
@@ -222,18 +266,7 @@ impl<R: Real> Line<R> {
         let end = *side.get(k)?;
         let begin = k.checked_sub(1).and_then(|before| side.get(before)).copied().unwrap_or([R::ZERO; 2]);
         let length = end[0] - begin[0];
-        Some(Self { begin, end, length, slope: (end[1] - begin[1]) / length })
-    }
-
-    /// The cubic in its place with the slopes at both ends, at a distance in V: rad, and its derivative, rad/V.
-    fn cubic(&self, [begins, ends]: [R; 2], distance: R) -> (R, R) {
-        let (two, three) = (R::ONE + R::ONE, three::<R>());
-        // Backwards from the end of the line.
-        let [to, opening] = self.end;
-        let (left, part) = (to - distance, (to - distance) / self.length);
-        let [curve, bend] = [three * self.slope - two * ends - begins, begins + ends - two * self.slope];
-        let value = opening - left * (ends + part * (curve + part * bend));
-        (value, ends + part * (two * curve + three * part * bend))
+        Some(Self { begin, end: end[0], length, slope: (end[1] - begin[1]) / length })
     }
 }
 

@@ -359,30 +359,31 @@ impl<R: Real> Plant<R> {
     #[inline]
     #[must_use]
     pub fn opening(&self, spool_v: R) -> Opening<R> {
-        let opening = self.opening_at(self.model.dead_zone.output_v(spool_v));
+        self.opening_by(spool_v, |w| self.magnitude(w))
+    }
+
+    /// The same with the magnitude in rad at effective commands in V from elsewhere.
+    #[inline]
+    pub fn opening_by(&self, spool_v: R, mut magnitude: impl FnMut(R) -> R) -> Opening<R> {
+        let w = self.model.dead_zone.output_v(spool_v);
+        let opening = Opening::open(w, magnitude(w));
         match self.exhaust_zone() {
             None => opening,
-            Some(zone) => self.with_exhaust(opening, zone.output_v(spool_v)),
+            Some(zone) => with_exhaust(opening, zone.output_v(spool_v), magnitude),
         }
     }
 
-    /// The opening with its paths to atmosphere at an effective command of their own, V. Where they alone are open, they say
-    /// which way.
-    #[cold]
-    #[inline(never)]
-    fn with_exhaust(&self, opening: Opening<R>, w: R) -> Opening<R> {
-        let there = self.opening_at(w);
-        let fills_a = if opening.magnitude > R::ZERO { opening.fills_a } else { there.fills_a };
-        Opening { exhaust: there.magnitude, fills_a, ..opening }
+    /// The magnitude of the opening in rad at an effective command in V.
+    #[inline]
+    #[must_use]
+    pub fn magnitude(&self, w: R) -> R {
+        self.curve.as_ref().map_or_else(|| Opening::arc_tangent(w), |curve| curve.at(w).0)
     }
 
     /// The opening at an effective command in V.
     #[inline]
     pub(crate) fn opening_at(&self, w: R) -> Opening<R> {
-        match &self.curve {
-            None => Opening::at(w),
-            Some(curve) => Opening::open(w, curve.at(w).0),
-        }
+        Opening::open(w, self.magnitude(w))
     }
 
     /// Derivative of an opening's magnitude by the effective command, rad/V.
@@ -596,4 +597,14 @@ impl<R: Real> Plant<R> {
             self.rates::<false>(&state, &drive, false)
         }
     }
+}
+
+/// An opening with its paths to atmosphere at an effective command of their own, V. Where they alone are open, they say which
+/// way.
+#[cold]
+#[inline(never)]
+fn with_exhaust<R: Real>(opening: Opening<R>, w: R, magnitude: impl FnOnce(R) -> R) -> Opening<R> {
+    let there = Opening::open(w, magnitude(w));
+    let fills_a = if opening.magnitude > R::ZERO { opening.fills_a } else { there.fills_a };
+    Opening { exhaust: there.magnitude, fills_a, ..opening }
 }

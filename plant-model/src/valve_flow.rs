@@ -25,7 +25,13 @@ impl<R: Real> Opening<R> {
     #[inline]
     #[must_use]
     pub fn at(w: R) -> Self {
-        Self::open(w, (w + w).abs().atan())
+        Self::open(w, Self::arc_tangent(w))
+    }
+
+    /// The arc tangent's magnitude in rad at effective command `w` in V.
+    #[inline]
+    pub(crate) fn arc_tangent(w: R) -> R {
+        (w + w).abs().atan()
     }
 
     /// All paths open by `magnitude` in rad at effective command `w` in V.

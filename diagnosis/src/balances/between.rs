@@ -4,7 +4,7 @@
 //! chamber pressures is a variance of their predictions. And each step of the command bends the pressures, which no smooth curve
 //! through the rows shows.
 
-use super::valve;
+use super::opening;
 use crate::data::grid::splined;
 use crate::data::record::Record;
 use crate::data::smoothing::Smoothed;
@@ -16,7 +16,8 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
     let volts = jumps(u);
-    let (a, b): (Vec<f64>, Vec<f64>) = u.iter().map(|u| <(f64, f64)>::from(valve::signed_openings(plant, *u))).unzip();
+    let (a, b): (Vec<f64>, Vec<f64>) =
+        u.iter().map(|u| <(f64, f64)>::from(opening::signed_openings(plant, *u))).unzip();
     let openings = [a, b];
     let radians = openings.each_ref().map(|openings| jumps(openings));
     // A jump at a time that is equally likely anywhere between two rows: the standard deviation of the mean.
@@ -42,7 +43,7 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
     if !record.is_interpolated() {
         return;
     }
-    let openings = valve::openings(record, plant);
+    let openings = opening::openings(record, plant);
     // `None` where pressure, position or command is not in the log: then it stays a plain spline, or nothing.
     let through = |side: Side| -> Option<Smoothed> {
         let pressure = &record.chamber(side).smooth.value;

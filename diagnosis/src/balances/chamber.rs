@@ -329,7 +329,7 @@ pub(super) fn warmth_stride(step_s: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::balances::{supply, valve};
+    use crate::balances::{opening, supply};
     use crate::data::prepare::prepare;
     use plant_model::{Effect, Effects, Simulator};
     use rig_files::{Log, RigFile};
@@ -361,7 +361,7 @@ mod tests {
         let truth: Vec<f64> =
             (0..record.len() + stride - 1).step_by(stride).map(|k| truth[k.min(truth.len() - 1)]).collect();
         let plant = Plant::new(&file.rig, &effects).unwrap();
-        let openings = valve::openings(&record, &plant);
+        let openings = opening::openings(&record, &plant);
         let supply_pa = supply::pressures(&record, &plant, &openings, 0.0).at_valve;
         let air = Air { openings: openings.of(Side::A), supply_pa: &supply_pa, added_kg_per_s: &[] };
         let found = warmths(&record, &plant, Side::A, air, (0, 0.0), (record.len() - 1, stride));

@@ -22,6 +22,7 @@ pub(crate) mod judged;
 pub(crate) mod linearised;
 pub(crate) mod momentum;
 pub(crate) mod observers;
+pub(crate) mod opening;
 pub(crate) mod piston;
 pub(crate) mod shared;
 #[cfg(test)]
@@ -29,4 +30,4 @@ pub(crate) mod simulated;
 mod spool;
 pub(crate) mod supply;
 pub(crate) mod term_library;
-pub(crate) mod valve;
+mod valve;

@@ -5,7 +5,7 @@ use super::compression::{Geometry, Stroke, compression};
 use super::correction::{Correction, correction};
 use super::linearised::{Linearised, SIDE_BY_SIDE};
 use super::shared::Signals;
-use super::{chamber, momentum, piston, supply, valve};
+use super::{chamber, momentum, opening, piston, supply, valve};
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
 use crate::data::split::Stretch;
@@ -82,7 +82,7 @@ pub(crate) fn innovations(
 
 /// What drives the chambers' balances.
 struct Air {
-    openings: Arc<valve::Openings>,
+    openings: Arc<opening::Openings>,
     supply: supply::SupplyPressure,
     /// Of the wanted chambers.
     sides: [Option<Judged>; 2],
@@ -104,9 +104,9 @@ impl Air {
         let places = || valve::places(record, plant, parts.as_deref());
         let make = || {
             let places = signals.places.of((valve::Travel::of(plant), parts.clone()), places);
-            valve::openings_at(&places, record, plant)
+            opening::openings_at(&places, record, plant)
         };
-        let openings = signals.openings.of((valve::Path::of(plant), parts.clone()), make);
+        let openings = signals.openings.of((opening::Path::of(plant), parts.clone()), make);
         let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         let side = |(channel, side): (Channel, Side)| {
             let geometry = Geometry::of(plant, side);
@@ -185,22 +185,21 @@ pub(crate) fn by_openings(
     let linearised = |place: usize| drives[place].as_ref().map(|d| Linearised::of(record, plant, stretches, d));
     let (a, b) = rayon::join(|| linearised(0), || linearised(1));
     let parts = (!remembers(plant)).then_some(stretches);
-    let changes = |other: &Plant<f64>| -> [Vec<f64>; 2] {
-        let key = || (valve::Travel::of(other), parts.map(<[Stretch]>::to_vec));
-        let places = signals.places.of(key(), || valve::places(record, other, parts));
-        let moved = valve::openings_at(&places, record, other);
-        let change = |side: Side| {
-            let pairs = moved.of(side).iter().zip(air.openings.of(side));
-            pairs.map(|(moved, as_is)| moved - as_is).collect()
-        };
-        CHAMBERS.map(|(_, side)| change(side))
+    let places = |plant: &Plant<f64>| {
+        let key = (valve::Travel::of(plant), parts.map(<[Stretch]>::to_vec));
+        signals.places.of(key, || valve::places(record, plant, parts))
+    };
+    let along = opening::Along::of(plant, places(plant));
+    let changes = |other: &Plant<f64>| {
+        let all = || opening::changes([&air.openings, &opening::openings_at(&places(other), record, other)]);
+        along.changes_to(other, record).unwrap_or_else(all)
     };
     let together = |others: &[Plant<f64>]| -> Vec<Innovations> {
-        let changes: Vec<[Vec<f64>; 2]> = others.iter().map(changes).collect();
+        let changes: Vec<opening::Openings> = others.iter().map(changes).collect();
         let mut out = vec![Innovations::default(); others.len()];
-        for (place, (of_side, (channel, _))) in [&a, &b].into_iter().zip(CHAMBERS).enumerate() {
+        for (of_side, (channel, side)) in [&a, &b].into_iter().zip(CHAMBERS) {
             let Some(of_side) = of_side else { continue };
-            let side_by_side = core::array::from_fn(|lane| &changes.get(lane).unwrap_or(&changes[0])[place][..]);
+            let side_by_side = core::array::from_fn(|lane| changes.get(lane).unwrap_or(&changes[0]).of(side));
             for (out, errors) in out.iter_mut().zip(of_side.errors_by(side_by_side)) {
                 out.channels[channel as usize] = errors;
             }

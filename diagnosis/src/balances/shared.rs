@@ -3,8 +3,9 @@
 
 use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
+use super::opening::{Openings, Path};
 use super::piston::{Forces, Timing};
-use super::valve::{Openings, Path, Places, Travel};
+use super::valve::{Places, Travel};
 use crate::data::split::Stretch;
 use plant_model::Side;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,7 +1,7 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
 use super::judged::judged;
-use super::valve::Openings;
+use super::opening::Openings;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, interrupted};
 use plant_model::{Plant, Side};

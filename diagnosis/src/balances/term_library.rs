@@ -4,7 +4,7 @@
 //! which balance the gap is, and on what it depends.
 
 use super::added::Added;
-use super::valve;
+use super::opening;
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
 use plant_model::valve_flow::Flow;
@@ -39,7 +39,7 @@ pub(crate) fn library(record: &Record, plant: &Plant<f64>, judgeable: Channels) 
     }
     let chambers = judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit());
     if chambers != 0 {
-        let air = Air { record, plant, openings: valve::openings(record, plant) };
+        let air = Air { record, plant, openings: opening::openings(record, plant) };
         flows(&air, chambers, &mut out);
         gains(&air, judgeable, &mut out);
     }
@@ -50,7 +50,7 @@ pub(crate) fn library(record: &Record, plant: &Plant<f64>, judgeable: Channels) 
 struct Air<'a> {
     record: &'a Record,
     plant: &'a Plant<f64>,
-    openings: valve::Openings,
+    openings: opening::Openings,
 }
 
 impl Air<'_> {

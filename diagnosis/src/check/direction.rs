@@ -1,6 +1,6 @@
 //! Whether command, position and pressures of a log turn the same way, whatever the size of the flows.
 
-use crate::balances::valve;
+use crate::balances::opening;
 use crate::data::prepare::prepare;
 use crate::data::smoothing::Smoothed;
 use plant_model::{Plant, Side};
@@ -17,7 +17,7 @@ pub(super) fn agreement(rig: &RigFile, log: &Log) -> Option<f64> {
     if !(has.command && has.pressure_a) {
         return None;
     }
-    let openings = valve::openings(&record, &plant);
+    let openings = opening::openings(&record, &plant);
     let c = plant.coefficients();
     let entered = |k: usize, p: &Smoothed, volume_0_m3: f64, area_m2: f64| {
         let volume_m3 = (volume_0_m3 + area_m2 * record.y_smooth.value[k]).max(0.0);

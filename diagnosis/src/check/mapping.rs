@@ -18,10 +18,10 @@ use plant_model::{Plant, Short};
 use rig_files::{Column, Log, RigFile};
 
 /// A mistake, and the log without it.
-struct Mistake {
-    problem: String,
-    remedy: String,
-    undone: Log,
+pub(crate) struct Mistake {
+    pub(crate) problem: String,
+    pub(crate) remedy: String,
+    pub(crate) undone: Log,
 }
 
 /// What contradicts the rig or itself.
@@ -245,7 +245,7 @@ fn changed(log: &Log, changes: &[(Column, f64, f64)]) -> Log {
 }
 
 /// Gauge pressures taken for absolute ones; each with whether the supply's is among them.
-fn gauges(rig: &RigFile, part: &Log) -> Vec<(bool, Mistake)> {
+pub(crate) fn gauges(rig: &RigFile, part: &Log) -> Vec<(bool, Mistake)> {
     let atmosphere = rig.rig.supply.atmosphere_pa;
     let [a, b, supply] = [Column::PA, Column::PB, Column::PSup].map(|column| (column, 1.0, atmosphere));
     let gauge = |columns: &str, tables: &str, changes: &[(Column, f64, f64)]| Mistake {

@@ -39,13 +39,25 @@ pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> Channe
     differences.select_nth_unstable_by(kept - 1, f64::total_cmp);
     let mean_square = differences[..kept].iter().map(|d| d * d).sum::<f64>() / kept as f64;
     let by_mean = (mean_square / KEPT_VARIANCE / THIRD_DIFFERENCE_GAIN).sqrt();
-    // The median of all of them, of which the largest are not among those kept.
-    let middle = (differences.len() / 2).min(kept - 1);
-    let median = *differences[..kept].select_nth_unstable_by(middle, f64::total_cmp).1;
-    let by_median = median / MEDIAN_OF_NORMAL / THIRD_DIFFERENCE_GAIN.sqrt();
+    let by_median = middle(&mut differences, resolution) / MEDIAN_OF_NORMAL / THIRD_DIFFERENCE_GAIN.sqrt();
     let spread = if by_median < MOTION * by_mean { by_median } else { by_mean };
     // A signal that rests on one code shows no differences; its error is still that of the code.
     ChannelNoise { standard_deviation: spread.max(resolution / 12.0_f64.sqrt()), resolution }
+}
+
+/// The median of differences' magnitudes. On a coarse converter they are whole steps, each of which stands for all within half a step
+/// of it (the median of grouped data): else it would jump from step to step.
+fn middle(sizes: &mut [f64], step: f64) -> f64 {
+    let half = sizes.len() / 2;
+    let median = *sizes.select_nth_unstable_by(half, f64::total_cmp).1;
+    if step <= 0.0 {
+        return median;
+    }
+    let number = (median / step).round();
+    let [from, to] = [(number - 0.5).max(0.0), number + 0.5].map(|edge| edge * step);
+    let below = sizes.iter().filter(|size| **size < from).count();
+    let within = sizes.iter().filter(|size| (from..to).contains(*size)).count().max(1);
+    from + (half as f64 - below as f64) / within as f64 * (to - from)
 }
 
 /// The smallest step, if many steps are close to whole multiples of it.
@@ -88,6 +100,20 @@ mod tests {
         let x: Vec<f64> = (0..20_000).map(|k| moved(k) + noise()).collect();
         let noise = estimate(std::iter::once(&x[..]));
         assert!((1.0e-3..3.0e-3).contains(&noise.standard_deviation), "{noise:?}");
+    }
+
+    #[test]
+    fn noise_below_the_step_of_a_coarse_converter_is_found_with_the_step_s_own() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        for part in [0.35, 0.5, 0.8, 1.5] {
+            let step = 1.0e-3;
+            let mut noise = || part * step * rng.sample::<f64, _>(StandardNormal);
+            let x: Vec<f64> =
+                (0..20_000).map(|k| (((0.002 * k as f64).sin() + noise()) / step).round() * step).collect();
+            let found = estimate(std::iter::once(&x[..])).standard_deviation;
+            let expected = step * (part * part + 1.0_f64 / 12.0).sqrt();
+            assert!((found / expected - 1.0).abs() < 0.06, "{part}: {found} instead of {expected}");
+        }
     }
 
     #[test]

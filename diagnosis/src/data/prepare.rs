@@ -63,8 +63,10 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     }
     smooth(&mut record);
     record.valve_known_s = masks::valve_known_s(&record);
-    record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, rig);
-    record.observer_noise = observer_noise(record.observer_rad_per_s * record.step_s, record.averaged());
+    let force_noise_per_s2 = force_noise_per_s2(&record.quality, rig);
+    record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, force_noise_per_s2);
+    let [w, force] = [record.observer_rad_per_s * record.step_s, force_noise_per_s2 * record.step_s.powi(2)];
+    record.observer_noise = observer_noise(w, force, record.averaged());
     record.end_stops_m = masks::end_stops_m(&record, &rig.rig);
     [record.weight_a_per_pa, record.weight_b_per_pa] = masks::weights_per_pa(&record, rig);
     record.at_end = masks::at_end(&record, rig);
@@ -139,33 +141,41 @@ fn smooth(record: &mut Record) {
         (y_smooth, motion, p_a, p_b, p_sup);
 }
 
-/// Bandwidth of the position observer, rad/s: where sensor noise and force noise contribute equally, for the rig as its
-/// file states it. It is the same for all hypotheses: otherwise one with a larger mass would follow the measurement
-/// less and seem noisier.
-fn bandwidth_rad_per_s(quality: &Quality, rig: &RigFile) -> f64 {
+/// How far the noise of the pressures accelerates the piston of the rig as its file states it, in units of the position sensor's
+/// noise, 1/s2.
+fn force_noise_per_s2(quality: &Quality, rig: &RigFile) -> f64 {
     let mass_kg = Plant::new(&rig.rig, &rig.effects).map_or(rig.rig.load.mass_kg, |plant| plant.coefficients().mass_kg);
     let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);
-    let acceleration = rig.rig.cylinder.mean_area_m2() * pressure / mass_kg;
-    let position = quality.position.standard_deviation.max(1.0e-6);
+    rig.rig.cylinder.mean_area_m2() * pressure / mass_kg / quality.position.standard_deviation.max(1.0e-6)
+}
+
+/// Bandwidth of the position observer, rad/s: that of the Kalman filter of a mass under white noise of its force and its sensor, as
+/// far as the rows are close enough. It is the same for all hypotheses: otherwise one with a larger mass would follow the
+/// measurement less and seem noisier.
+fn bandwidth_rad_per_s(quality: &Quality, force_noise_per_s2: f64) -> f64 {
     let fastest = constants::observer_step() / quality.interval_s.max(1.0e-6);
-    (acceleration / position).sqrt().clamp(15.0, 80.0).min(fastest)
+    force_noise_per_s2.sqrt().max(constants::slowest_observer()).min(fastest)
 }
 
 /// Standard deviation of the position observer's innovations, so many averaged into one and scaled as white noise is,
-/// when all that it sees is the sensor's white noise of one; no less than one. `w` is its bandwidth times the interval.
-fn observer_noise(w: f64, averaged: usize) -> f64 {
+/// when all that it sees is the white noise of its sensor, of one, and of the force, which moves the piston by
+/// `force` times the square of a row within so long; no less than one. `w` is its bandwidth times the interval.
+fn observer_noise(w: f64, force: f64, averaged: usize) -> f64 {
     let (by_position, by_velocity) = ((core::f64::consts::SQRT_2 * w).min(0.5), w * w);
     // The variance is the sum of the squared response to one sample of noise, which dies away within a few 1 / w.
-    let (mut y, mut v) = (0.0, 0.0);
-    let mut response = vec![0.0; averaged - 1];
-    for k in 0..(20.0 / w.clamp(0.01, 1.0)) as usize {
-        let e = if k == 0 { 1.0 } else { 0.0 } - y;
-        response.push(e);
-        v += by_velocity * e;
-        y += by_position * e + v;
-    }
-    let sums = response.windows(averaged).map(|e| e.iter().sum::<f64>());
-    (sums.map(|sum| sum * sum).sum::<f64>() / averaged as f64).sqrt().max(1.0)
+    let variance = |sensed: f64, pushed: f64| {
+        let (mut y, mut v) = (0.0, pushed);
+        let mut response = vec![0.0; averaged - 1];
+        for k in 0..(20.0 / w.clamp(0.01, 1.0)) as usize {
+            let e = if k == 0 { sensed } else { 0.0 } - y;
+            response.push(e);
+            v += by_velocity * e;
+            y += by_position * e + v;
+        }
+        let sums = response.windows(averaged).map(|e| e.iter().sum::<f64>());
+        sums.map(|sum| sum * sum).sum::<f64>() / averaged as f64
+    };
+    (variance(1.0, 0.0) + variance(0.0, force)).sqrt().max(1.0)
 }
 
 #[cfg(test)]
@@ -175,8 +185,18 @@ mod tests {
     #[test]
     fn an_observer_that_follows_its_sensor_adds_to_the_noise_unless_neighbours_are_averaged() {
         for (w, averaged, variance) in [(0.05, 4, 1.0), (0.08, 1, 1.092), (0.16, 2, 1.113), (0.5, 1, 1.818)] {
-            let found = observer_noise(w, averaged).powi(2);
+            let found = observer_noise(w, 0.0, averaged).powi(2);
             assert!((found - variance).abs() < 0.005, "{w} {averaged}: {found}");
+        }
+    }
+
+    #[test]
+    fn an_observer_slower_than_its_force_s_noise_asks_shows_that_noise() {
+        // Of the continuous observer: the force's density over 2 sqrt(2) w^3.
+        for (w, force) in [(0.02, 1.0e-3), (0.05, 0.01), (0.1, 0.04)] {
+            let [with, without] = [force, 0.0].map(|force| observer_noise(w, force, 1).powi(2));
+            let continuous = force * force / (8.0_f64.sqrt() * w.powi(3));
+            assert!(((with - without) / continuous - 1.0).abs() < 0.2, "{w}: {} of {continuous}", with - without);
         }
     }
 }

@@ -1,15 +1,11 @@
 //! Columns that were stamped by different clocks: a position too early, a command too late. A delay of the rig does neither; the
 //! other ways round are effects of the catalogue, `position-delay` and `line-delay`.
 
-use super::effort::Effort;
-use super::likelihood::COST_OF_NOISE;
-use super::problem::{Fit, Problem};
-use crate::balances::shared::Signals;
+use super::problem::Problem;
+use super::reading::{MOST_LEFT, Read, Reading};
 use crate::check::{Flaw, mapping};
 use crate::constants;
 use crate::data::channel::Channels;
-use crate::data::grid::{Between, refined};
-use crate::data::prepare::prepare;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use core::cmp::Ordering;
@@ -19,35 +15,21 @@ use rig_files::{Column, Log, RigFile};
 
 /// The shifts looked for first, in rows: nothing between rows is known without its noise.
 const ROWS: [i32; 7] = [1, 2, 4, 8, 16, 32, 64];
-/// The part of what was beyond noise that may be left: a shift of 1 to 3 ms leaves 0 to 14 % of it in null logs, and effects of the catalogue
-/// are not mistaken for one.
-const MOST_LEFT: f64 = 0.2;
 /// Effects with one parameter, a time by which a signal is behind.
 const DELAYS: [Effect; 4] = [Effect::PressureLag, Effect::ValveLag, Effect::LineDelay, Effect::PositionDelay];
 /// How often nominal values and shift are corrected in turn: each takes up a part of the other.
 const REFITS: usize = 6;
 
-/// A part of a log as it is read with some shift: what is left beyond noise, in units of noise.
-struct Reading<'a> {
-    rig: &'a RigFile,
-    part: Log,
-    judgeable: Channels,
-    nominal: &'a [Parameter],
-}
-
-/// A shift, s, what the nominal values are with it, and what is left beyond noise, over noise.
+/// A shift, s, and the part of a log read with it.
 #[derive(Clone)]
 struct Shift {
     later_s: f64,
-    nominal: Hypothesis,
-    left: f64,
-    /// What noise would cost: how much of the log is judged.
-    noise: f64,
+    read: Read,
 }
 
 /// Which of two shifts leaves less.
 fn less(one: &(i32, Shift), other: &(i32, Shift)) -> Ordering {
-    one.1.left.total_cmp(&other.1.left)
+    one.1.read.left.total_cmp(&other.1.read.left)
 }
 
 impl Reading<'_> {
@@ -55,28 +37,17 @@ impl Reading<'_> {
     fn with(&self, column: Column, later_s: f64, nominal: &Hypothesis, steps: usize) -> Option<Shift> {
         let mut log = self.part.clone();
         log.set(column, self.part.shifted(column, later_s));
-        self.read(&log, later_s, |problem| problem.refit(nominal.clone(), self.judgeable, steps))
-    }
-
-    /// The misfit of a log after a fit.
-    fn read(&self, log: &Log, later_s: f64, fit: impl FnOnce(&Problem<'_>) -> Option<Fit>) -> Option<Shift> {
-        let record = refined(prepare(log, self.rig), Between::Held);
-        let (signals, effort) = (Signals::default(), Effort::default());
-        let problem = Problem::new((self.rig, &record), self.judgeable, self.nominal, (&signals, &effort));
-        let fit = fit(&problem)?;
-        let noise = 2.0 * COST_OF_NOISE * problem.noise_cost(self.judgeable);
-        let left = fit.undispersed() / noise - 1.0;
-        Some(Shift { later_s, nominal: fit.hypothesis, left, noise })
+        Some(Shift { later_s, read: self.read(&log, |problem| problem.refit(nominal.clone(), self.judgeable, steps))? })
     }
 
     /// Whether an effect of the rig that delays one signal leaves less than a shift: slow pressure sensors look like a position that
     /// is stamped too early.
     fn delays_better(&self, effect: Effect, shift: &Shift) -> bool {
         let begin = |problem: &Problem<'_>| {
-            let delayed = shift.nominal.extended_by(effect, problem.parameters(effect), &[shift.later_s.abs()]);
+            let delayed = shift.read.nominal.extended_by(effect, problem.parameters(effect), &[shift.later_s.abs()]);
             problem.fit(delayed, constants::iterations())
         };
-        self.read(&self.part, 0.0, begin).is_some_and(|delayed| delayed.left < shift.left)
+        self.read(&self.part, begin).is_some_and(|delayed| delayed.left < shift.read.left)
     }
 
     /// The shift of a column (to a side) by whole rows, and these, that leaves least without another fit, if it takes at least a
@@ -84,7 +55,7 @@ impl Reading<'_> {
     fn coarse(&self, (column, sign): (Column, f64), as_is: &Shift) -> Option<(i32, Shift)> {
         self.part.column(column)?;
         let shifts = ROWS.into_par_iter().filter_map(|rows| self.by_rows((column, sign), rows, as_is, (as_is, 0)));
-        shifts.min_by(less).filter(|(_, best)| best.left < 0.8 * as_is.left)
+        shifts.min_by(less).filter(|(_, best)| best.read.left < 0.8 * as_is.read.left)
     }
 
     /// A shift by whole rows after so many steps of a fit from another one's nominal values, and these rows.
@@ -96,9 +67,9 @@ impl Reading<'_> {
         (from, steps): (&Shift, usize),
     ) -> Option<(i32, Shift)> {
         let later_s = f64::from(rows) * sign * self.part.period_s();
-        let shift = self.with(column, later_s, &from.nominal, steps)?;
+        let shift = self.with(column, later_s, &from.read.nominal, steps)?;
         // A log of which less can be judged is not understood better.
-        (shift.noise > 0.9 * as_is.noise).then_some((rows, shift))
+        (shift.read.noise > 0.9 * as_is.read.noise).then_some((rows, shift))
     }
 
     /// The shift of a column that leaves least, found from a coarse one.
@@ -115,11 +86,12 @@ impl Reading<'_> {
         let (rows, best) = best;
         let beside = [rows - 1, rows + 1].map(|rows| with(rows, &best));
         let [Some((_, before)), Some((_, after))] = beside else { return None };
-        let (slope, bend) = (0.5 * (after.left - before.left), after.left - 2.0 * best.left + before.left);
+        let [before, middle, after] = [before, best, after].map(|shift| shift.read);
+        let (slope, bend) = (0.5 * (after.left - before.left), after.left - 2.0 * middle.left + before.left);
         let beyond = if bend > 0.0 { (-slope / bend).clamp(-0.5, 0.5) } else { 0.0 };
         // Where neighbours leave far more than noise a parabola may promise less than none.
-        let left = (best.left + beyond * (slope + 0.5 * bend * beyond)).max(best.left.min(0.0));
-        Some(Shift { later_s: (f64::from(rows) + beyond) * row_s, left, ..best })
+        let left = (middle.left + beyond * (slope + 0.5 * bend * beyond)).max(middle.left.min(0.0));
+        Some(Shift { later_s: (f64::from(rows) + beyond) * row_s, read: Read { left, ..middle } })
     }
 }
 
@@ -134,11 +106,10 @@ pub(crate) fn late_or_early(
     if log.period_s() >= constants::close_rows() {
         return None;
     }
-    let reading = Reading { rig, part: mapping::excerpt(log), judgeable, nominal };
-    // What is like noise needs no shift; what a few steps of a fit left, others may take away.
-    let needs_none = |shift: &Shift| shift.left < constants::like_noise() - 1.0;
+    let reading = Reading::of(rig, log, (judgeable, nominal));
     let begun = reading.with(Column::Y, 0.0, fitted, 0)?;
-    if needs_none(&begun) {
+    // What is like noise needs no shift; what a few steps of a fit left, others may take away.
+    if begun.read.is_noise() {
         return None;
     }
     // The search begins where nominal values have not yet taken up the shift.
@@ -149,15 +120,15 @@ pub(crate) fn late_or_early(
         return None;
     }
     let as_is = reading.with(Column::Y, 0.0, fitted, constants::iterations())?;
-    if needs_none(&as_is) {
+    if as_is.read.is_noise() {
         return None;
     }
     let shifts = coarse.into_iter().filter_map(|(way, word, coarse)| {
         let best = reading.best(way, &begun, coarse)?;
         Some((best, way.0, word))
     });
-    let (best, column, word) = shifts.min_by(|one, other| one.0.left.total_cmp(&other.0.left))?;
-    let told = best.left < MOST_LEFT * as_is.left
+    let (best, column, word) = shifts.min_by(|one, other| one.0.read.left.total_cmp(&other.0.read.left))?;
+    let told = best.read.left < MOST_LEFT * as_is.read.left
         && best.later_s.abs() >= log.period_s()
         && !DELAYS.into_iter().any(|effect| reading.delays_better(effect, &best));
     told.then(|| {

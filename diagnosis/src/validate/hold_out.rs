@@ -1,6 +1,6 @@
 //! Prediction errors on the part of the log held back: the whole model, restarted from the measured state.
 
-use crate::balances::{chamber, piston, supply, valve};
+use crate::balances::{chamber, opening, piston, supply};
 use crate::constants;
 use crate::data::prepare;
 use crate::data::record::Record;
@@ -186,7 +186,7 @@ impl Model {
     }
 
     fn new(record: &Record, plant: Plant<f64>, supply_sensor_pa: f64) -> Self {
-        let openings = valve::openings(record, &plant);
+        let openings = opening::openings(record, &plant);
         let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
         let warmths = if plant.added().wall_heat.law.is_some() {
             let of = |side| {
