@@ -6,11 +6,9 @@ use crate::balances::term_library;
 use crate::check::mapping::contradictions;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use crate::data::hum;
-use crate::data::outliers;
+use crate::data::cleaned::Cleaned;
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
-use crate::data::repeats;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 use crate::estimate::effort::Effort;
 use crate::estimate::problem::{Fit, Problem};
@@ -34,10 +32,7 @@ use rig_files::{Log, RigFile, Verdict};
 pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     progress("check");
-    let (live, repeats) = repeats::left_out(log);
-    let (log, outliers) = outliers::left_out(&live);
-    let (log, _) = hum::subtracted(log);
-    let log = log.as_ref();
+    let Cleaned { log, repeats, outliers, .. } = &Cleaned::of(log);
     if let Some(found) = contradictions(rig, log).into_iter().next() {
         return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
     }

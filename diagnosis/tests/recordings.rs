@@ -1,7 +1,7 @@
 //! Recordings as they are: slow loops, loggers that keep few rows, weather, clipped sensors, columns mapped wrongly. Each is a
 //! class of logs from the independent simulator.
 
-use diagnosis::{Diagnosis, DiagnosisError, Weight, check, diagnose};
+use diagnosis::{Channel, Diagnosis, DiagnosisError, Weight, check, diagnose};
 use plant_model::{Effect, OpeningTable, Rig};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -128,6 +128,41 @@ fn one_prediction_of_many_that_errs_by_chance_is_no_gap() {
 #[test]
 fn what_weather_and_gauges_allow_is_calibration_and_hides_no_cause() {
     stands(Class::Weather);
+}
+
+#[test]
+fn sensors_may_be_quiet_or_noisy_coarse_or_fine() {
+    stands(Class::Sensors);
+}
+
+/// On the bore of case (c) pressures of 650 Pa of noise push the piston as far as a sensor of 7 um can see.
+#[test]
+fn quiet_positions_beside_noisy_pressures_leave_no_gap_and_hide_no_friction() {
+    let rig_file = RigFile::paper_c();
+    for (causes, name) in [
+        (vec![], None),
+        (vec![Cause::Catalogue(Effect::FrictionAsymmetry, [0.08, 0.0, 0.0])], Some("friction-asymmetry")),
+    ] {
+        // 21 um a step.
+        let mut chain =
+            Chain { position_noise_m: 7.0e-6, pressure_noise_pa: 650.0, ..Chain::standard([-0.0873, 0.0873]) };
+        chain.position.1 = 13;
+        let case = Case {
+            experiment: Family::Everyday.draw(&rig_file.rig, 20.0, &mut Xoshiro256PlusPlus::seed_from_u64(SEED)),
+            law: Law::for_rig(&rig_file.rig, 1.2),
+            causes,
+            truth: rig_file.rig,
+            chain,
+            seed: SEED,
+            rig_file: rig_file.clone(),
+        };
+        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        let y = found.balances.iter().find(|balance| balance.channel == Channel::Position).expect("judged");
+        assert!((0.6..1.2).contains(&y.extended_misfit), "{y:?}");
+        let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+        assert_eq!(named, name.into_iter().collect::<Vec<_>>(), "{:?}", found.leads);
+        assert_eq!(found.verdict, if name.is_some() { Verdict::Explained } else { Verdict::NoGap });
+    }
 }
 
 #[test]
@@ -331,6 +366,7 @@ fn mistakes(rig: &RigFile) -> Vec<Mistake> {
         (Column::U, Box::new(|u| -u), "reversed"),
         (Column::U, Box::new(move |u| u + most), "mid position"),
         (Column::U, Box::new(|u| 1000.0 * u), "volts"),
+        (Column::U, Box::new(move |u| 100.0 / most * u), "per cent"),
         (Column::PA, Box::new(|p| 1.0e-3 * p), "1 kPa"),
     ]
 }
@@ -500,6 +536,18 @@ fn gauge_pressures_are_told_by_the_supply_and_a_regulator_set_lower_is_no_contra
         let said = refused(&rig, &less(&log, columns), "gauge");
         assert!(said.contains(tables) && said.contains("`gauge = true`"), "{said}");
     }
+    // A rig file that is off within its tolerance hides it until its values are corrected.
+    let off = |truth: &mut Rig<f64>| {
+        truth.valve.fill_coefficient_kg_per_s_pa *= 1.05;
+        truth.valve.exhaust_coefficient_kg_per_s_pa *= 0.95;
+        truth.cylinder.volume_a0_m3 *= 1.05;
+    };
+    let (mut rough, mut read) = everyday(&[], off);
+    rough.tolerance.default = 0.03;
+    read.set(Column::PSup, None);
+    let said = refused(&rough, &less(&read, &[Column::PA, Column::PB]), "gauge");
+    assert!(said.contains("the chamber pressures seem to be gauge") && said.contains("nearly as well"), "{said}");
+    assert_eq!(diagnose(&rough, &read, &|_| {}).expect("a full log").verdict, Verdict::NoGap);
     let (rig, log) = everyday(&[], |truth| truth.supply.pressure_pa -= atmosphere);
     let findings = check(&rig, &log).expect("a log").findings;
     let doubt = findings.iter().find(|flaw| flaw.problem.contains("the supply is in doubt")).expect("told");

@@ -61,12 +61,14 @@ impl<R: Real> DeadZone<R> {
     /// `w` and `dw/du` with rounded corners. The two sides add up, where the roundings meet.
     #[inline(never)]
     fn rounded(&self, u: R) -> (R, R) {
-        let [right, left] = [u - self.right_v, self.left_v - u].map(|beyond| self.beyond_corner(beyond));
+        let right = self.beyond_corner(u - self.right_v);
+        let left = self.beyond_corner(self.left_v - u);
         (self.slope_right * right.0 - self.slope_left * left.0, self.slope_right * right.1 + self.slope_left * left.1)
     }
 
     /// What a corner makes of the distance beyond it in V, and the derivative: nothing before the rounding, the parabola
     /// `(x + r)² / (4 r)` in it, the distance behind it.
+    #[inline]
     fn beyond_corner(&self, x: R) -> (R, R) {
         let r = self.rounding_v;
         if x <= -r {

@@ -135,16 +135,19 @@ impl<'a> Characteristic<'a> {
 
     /// The opening with the spool at a place in V, beginning on a piece nearby: spools move slowly. And where on the curve the
     /// path is that fills a chamber, and the one that exhausts if it is elsewhere.
-    fn opening(&self, spool_v: f64, near: &mut usize) -> (Opening<f64>, [Option<On>; 2]) {
-        let mut paths = [None; 2];
-        let mut next = paths.iter_mut();
+    fn opening(&self, spool_v: f64, near: &mut usize) -> (Opening<f64>, (On, Option<On>)) {
+        let mut paths = (None, None);
         let opening = self.plant.opening_by(spool_v, |w| {
             let on = self.on(w, *near);
             *near = on.piece;
-            next.by_ref().take(1).for_each(|path| *path = Some(on));
+            if paths.0.is_none() {
+                paths.0 = Some(on)
+            } else {
+                paths.1 = Some(on)
+            }
             self.magnitude(on)
         });
-        (opening, paths)
+        (opening, (paths.0.unwrap_or(On { w: opening.w, piece: *near }), paths.1))
     }
 
     fn side(&self, w: f64) -> &[OpeningPiece<f64>] {
@@ -176,11 +179,12 @@ impl<'a> Characteristic<'a> {
             let alike = own.len() == others.len() && !own.is_empty() && pairs().all(joined_alike);
             alike.then(|| pairs().map(|[one, other]| one != other).collect())
         };
-        let [own, others] = [self, other].map(|one| (one.plant.dead_zone(), one.plant.exhaust_zone()));
-        if own != others {
-            return None;
-        }
         Some([of_side(0)?, of_side(1)?])
+    }
+
+    /// The opening in rad, negative for negative commands.
+    fn signed(&self, on: On) -> f64 {
+        if on.w >= 0.0 { self.magnitude(on) } else { -self.magnitude(on) }
     }
 }
 
@@ -188,33 +192,47 @@ impl<'a> Characteristic<'a> {
 pub(super) struct Along<'a> {
     characteristic: Characteristic<'a>,
     places: Arc<Places>,
-    /// For each part: the opening, and where its paths are.
-    parts: Vec<(Opening<f64>, [Option<On>; 2])>,
+    /// For each part: where the path is that fills a chamber, and the one that exhausts if it is elsewhere.
+    parts: Vec<(On, Option<On>)>,
 }
 
 impl<'a> Along<'a> {
     pub(super) fn of(plant: &'a Plant<f64>, places: Arc<Places>) -> Self {
         let characteristic = Characteristic::of(plant);
         let mut near = 0;
-        let parts = places.parts.iter().map(|(place, _)| characteristic.opening(*place, &mut near)).collect();
+        let parts = places.parts.iter().map(|(place, _)| characteristic.opening(*place, &mut near).1).collect();
         Self { characteristic, places, parts }
     }
 
-    /// The changes to the openings of a plant with other values in a table, its spool at the same places; `None` if it differs
-    /// otherwise. A point of a table moves few pieces of the curve: all else is passed over.
+    /// The changes to the openings of a plant with another dead zone, or other openings in its table, its spool at the same places;
+    /// `None` if it differs otherwise. Both move the opening in a few places of the spool: all others are passed over.
     pub(super) fn changes_to(&self, other: &Plant<f64>, record: &Record) -> Option<Openings> {
         let (own, others) = (&self.characteristic, Characteristic::of(other));
-        let pieces = own.other_pieces(&others).filter(|_| Travel::of(own.plant) == Travel::of(other))?;
-        let change = |on: On| {
-            let differs = pieces[usize::from(on.w >= 0.0)][on.piece];
-            if differs { others.magnitude(on) - own.magnitude(on) } else { 0.0 }
+        let exhaust = [own.plant.exhaust_zone(), other.exhaust_zone()];
+        let alike = exhaust[0].is_some() == exhaust[1].is_some() && Travel::of(own.plant) == Travel::of(other);
+        let pieces = own.other_pieces(&others).filter(|_| alike)?;
+        let differs = |zones: [DeadZone<f64>; 2]| (zones[0] != zones[1]).then_some(zones[1]);
+        let filling_zone = differs([*own.plant.dead_zone(), *other.dead_zone()]);
+        let exhausting_zone = exhaust[0].zip(exhaust[1]).and_then(|(own, other)| differs([own, other]));
+        // The command in the other zone, and the change.
+        let change = |on: On, zone: Option<&DeadZone<f64>>, place: f64| {
+            let w = zone.map_or(on.w, |zone| zone.output_v(place));
+            if w != on.w {
+                (w, others.signed(others.on(w, on.piece)) - own.signed(on))
+            } else if pieces[usize::from(w >= 0.0)][on.piece] {
+                (w, others.signed(on) - own.signed(on))
+            } else {
+                (w, 0.0)
+            }
         };
-        let apart = other.exhaust_zone().is_some();
-        Some(Openings::averaged(&self.places, record, apart, |part| {
-            let (opening, [filling, exhausting]) = self.parts[part];
-            let filling = filling.map_or(0.0, change);
-            let magnitudes = (filling, exhausting.map_or(filling, change));
-            signed(&Opening { magnitude: magnitudes.0, exhaust: magnitudes.1, ..opening })
+        Some(Openings::averaged(&self.places, record, exhaust[0].is_some(), |part| {
+            let (place, (filling, exhausting)) = (self.places.parts[part].0, self.parts[part]);
+            let fill = change(filling, filling_zone.as_ref(), place);
+            let Some(exhausting) = exhausting else { return [fill.1; 2] };
+            let exhaust = change(exhausting, exhausting_zone.as_ref(), place);
+            // A path that is closed does not say which way the others are open.
+            let fills_a = [filling.w, exhausting.w, fill.0, exhaust.0].into_iter().all(|w| w >= 0.0);
+            if fills_a { [fill.1, exhaust.1] } else { [exhaust.1, fill.1] }
         }))
     }
 }
@@ -224,8 +242,9 @@ mod tests {
     use super::*;
     use crate::data::prepare::prepare;
     use crate::data::split::Stretch;
-    use plant_model::{Effect, Effects};
+    use plant_model::{Effect, Effects, OpeningTable};
     use rig_files::{Log, RigFile};
+    use std::path::Path as FilePath;
 
     #[test]
     fn openings_of_some_stretches_are_those_of_the_whole_log_whatever_the_valve_remembers() {
@@ -255,6 +274,54 @@ mod tests {
             for (k, (one, other)) in all.a.iter().zip(&*some.a).enumerate() {
                 let wanted = stretches.iter().any(|stretch| stretch.range().contains(&k));
                 assert!(if wanted { (one - other).abs() < 1.0e-12 } else { other.is_nan() }, "{k}: {one} {other}");
+            }
+        }
+    }
+
+    #[test]
+    fn changes_of_a_table_or_a_dead_zone_are_differences_of_openings() {
+        let sheet = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsbc-32-200.toml");
+        let mut file = RigFile::read(&sheet).unwrap();
+        (file.rig.valve.corner_rounding_v, file.rig.valve.opening_smoothness) = (0.05, 0.7);
+        // With an overlap: where a curve passes through zero corners change nothing.
+        let points = [[-5.0, -1.0], [-2.0, -0.5], [-0.4, 0.0], [0.5, 0.0], [1.0, 0.1], [3.0, 0.8], [4.5, 1.0]];
+        file.rig.opening = OpeningTable::new(&points).unwrap();
+        (file.rig.valve.dead_zone_left_v, file.rig.valve.dead_zone_right_v) = (-0.4, 0.5);
+        let t_s: Vec<f64> = (0..3000).map(|k| 1.0e-3 * f64::from(k)).collect();
+        let u_v = t_s.iter().map(|t| 1.7 * (1.5 * t).sin() + 2.9 * (31.0 * t).sin()).collect();
+        let log = Log { y_m: vec![0.0; t_s.len()], u_v: Some(u_v), t_s, ..Log::default() };
+        let record = prepare(&log, &file);
+        type Change = (&'static str, fn(&mut plant_model::Rig<f64>));
+        let changes: [Change; 5] = [
+            ("a point", |rig| rig.opening.set_opening(1, -0.52)),
+            ("the first point of a side", |rig| rig.opening.set_opening(4, 0.11)),
+            ("corners", |rig| rig.valve.corner_rounding_v *= 1.2),
+            ("the cubic's part", |rig| rig.valve.opening_smoothness += 0.1),
+            ("edges", |rig| rig.valve.exhaust_overlap_v += 0.003),
+        ];
+        for overlap_v in [0.0, 0.01] {
+            file.rig.valve.exhaust_overlap_v = overlap_v;
+            let plant = Plant::new(&file.rig, &Effects::none()).unwrap();
+            let at = Arc::new(places(&record, &plant, None));
+            let (as_is, along) = (openings_at(&at, &record, &plant), Along::of(&plant, Arc::clone(&at)));
+            for (what, change) in changes {
+                let mut rig = file.rig;
+                change(&mut rig);
+                let other = Plant::new(&rig, &Effects::none()).unwrap();
+                let Some(found) = along.changes_to(&other, &record) else {
+                    assert!(what == "edges" && overlap_v == 0.0, "{what}, edges {overlap_v} V apart: not found");
+                    continue;
+                };
+                let exact = super::changes([&as_is, &openings_at(&at, &record, &other)]);
+                for side in [Side::A, Side::B] {
+                    let pairs = || found.of(side).iter().zip(exact.of(side));
+                    assert!(
+                        pairs().all(|(found, exact)| (found - exact).abs() < 1.0e-12),
+                        "{what}, {overlap_v}, {side:?}"
+                    );
+                    let moved = pairs().filter(|(_, exact)| exact.abs() > 1.0e-6).count();
+                    assert!(moved > 0, "{what} changes nothing");
+                }
             }
         }
     }

@@ -3,6 +3,15 @@
 use super::decay::{Decay, LastTwo};
 use plant_model::effects::ValveLagTerms as Terms;
 
+/// After so many times the slower of its time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
+const MEMORY: f64 = 37.0;
+
+/// For how long a spool remembers where it began, s.
+pub(super) fn memory_s(lag: &Terms<f64>) -> f64 {
+    // The slower eigenvalue's real part is 1/tau or more with little inertia, and 1/(2 m tau) with much.
+    MEMORY * lag.time_constant_s * (2.0 * lag.inertia).max(1.0)
+}
+
 /// A spool that follows its target with a lag.
 pub(super) struct Spool {
     lag: Terms<f64>,

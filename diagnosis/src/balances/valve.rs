@@ -1,6 +1,6 @@
 //! From the logged command to the place of the valve's spool: delay, play, spool lag.
 
-use super::spool::Spool;
+use super::spool::{self, Spool};
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
@@ -26,9 +26,6 @@ impl Travel {
         }
     }
 }
-
-/// After so many times the slower of its time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
-const SPOOL_MEMORY: f64 = 37.0;
 
 /// Samples that are wanted, and those up to a time before one of them.
 fn followed(t_s: &[f64], wanted: &[bool], before_s: f64) -> Vec<bool> {
@@ -65,9 +62,7 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
     let mut played = hysteresis.play(0.0, first);
     let mut source = 0;
     let mut spool = Spool::of(lag);
-    // The slower eigenvalue's real part is 1/tau or more with little inertia, and 1/(2 m tau) with much.
-    let slowest_s = lag.time_constant_s * (2.0 * lag.inertia).max(1.0);
-    let followed = followed(t, &wanted, SPOOL_MEMORY * slowest_s);
+    let followed = followed(t, &wanted, spool::memory_s(&lag));
     for k in 0..u.len() {
         let (from, to) = (t[k], t[k] + record.interval_s(k));
         if !followed[k] {

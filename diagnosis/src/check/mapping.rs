@@ -125,10 +125,20 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
     if let Some((low, high)) = log.column(Column::U).and_then(extent)
         && low.abs().max(high.abs()) > far * r.valve.max_voltage_v
     {
-        let [low, high, most] = [low, high, r.valve.max_voltage_v].map(Short);
+        let [from, to] = [low, high].map(Short);
+        let most = r.valve.max_voltage_v;
+        // Per cent go to 100, and perhaps a little beyond.
+        let may_be_percent = low.abs().max(high.abs()) <= 110.0;
+        let percent = if may_be_percent {
+            format!("`points = [[-100.0, {:?}], [100.0, {most:?}]]` if they are per cent, ", -most)
+        } else {
+            String::new()
+        };
         out.push(contradiction(
-            format!("u_v runs from {low:.1} to {high:.1} V, but the valve takes ±{most} V"),
-            "give u_v in volts: `unit = \"mV\"` under [column.u_v] in the mapping, if they are millivolts".into(),
+            format!("u_v runs from {from:.1} to {to:.1} V, but the valve takes ±{most} V"),
+            format!(
+                "give u_v in volts, by the mapping under [column.u_v]: {percent}`unit = \"mV\"` if they are millivolts"
+            ),
         ));
     }
     let period_s = log.period_s();

@@ -6,10 +6,8 @@ mod direction;
 pub(crate) mod information;
 pub(crate) mod mapping;
 
-use crate::data::hum;
-use crate::data::outliers;
+use crate::data::cleaned::Cleaned;
 use crate::data::prepare::prepare;
-use crate::data::repeats;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
 pub use information::{Knowledge, Window};
 use plant_model::Plant;
@@ -52,10 +50,7 @@ pub struct Check {
 /// If the log allows no judgement at all.
 pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
     Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
-    let (live, repeats) = repeats::left_out(log);
-    let (log, outliers) = outliers::left_out(&live);
-    let (log, hums) = hum::subtracted(log);
-    let log = log.as_ref();
+    let Cleaned { log, repeats, outliers, hums } = &Cleaned::of(log);
     let mut findings: Vec<Flaw> = mapping::contradictions(rig, log);
     let rows = prepare(log, rig);
     if findings.is_empty() && rows.len() < LEAST_SAMPLES {
@@ -66,7 +61,7 @@ pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
         findings.extend(mapping::supply_in_doubt(rig, log));
     }
     findings.extend(repeats.iter().map(channels::repeats));
-    findings.extend(channels::isolated(&outliers));
+    findings.extend(channels::isolated(outliers));
     findings.extend(hums.iter().map(channels::hum));
     findings.extend(channels::losses(rig, log, &rows));
     findings.sort_by_key(|finding| finding.weight);

@@ -1,6 +1,7 @@
 //! The log made ready: samples, stretches, noise, smoothing, masks.
 
 pub(crate) mod channel;
+pub(crate) mod cleaned;
 pub(crate) mod grid;
 pub(crate) mod hum;
 pub(crate) mod masks;

@@ -65,8 +65,8 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record.valve_known_s = masks::valve_known_s(&record);
     let force_noise_per_s2 = force_noise_per_s2(&record.quality, rig);
     record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, force_noise_per_s2);
-    let [w, force] = [record.observer_rad_per_s * record.step_s, force_noise_per_s2 * record.step_s.powi(2)];
-    record.observer_noise = observer_noise(w, force, record.averaged());
+    let w = record.observer_rad_per_s * record.step_s;
+    record.observer_noise = observer_noise(w, force_noise_per_s2 * record.step_s.powi(2), record.averaged());
     record.end_stops_m = masks::end_stops_m(&record, &rig.rig);
     [record.weight_a_per_pa, record.weight_b_per_pa] = masks::weights_per_pa(&record, rig);
     record.at_end = masks::at_end(&record, rig);
@@ -159,9 +159,11 @@ fn bandwidth_rad_per_s(quality: &Quality, force_noise_per_s2: f64) -> f64 {
 
 /// Standard deviation of the position observer's innovations, so many averaged into one and scaled as white noise is,
 /// when all that it sees is the white noise of its sensor, of one, and of the force, which moves the piston by
-/// `force` times the square of a row within so long; no less than one. `w` is its bandwidth times the interval.
+/// `force` times the square of a row within so long; no less than one. `w` is its bandwidth times the interval. A bandwidth of
+/// `sqrt(force)` takes up the force's noise but for some percent, less where the piston rests; what is beyond that counts.
 fn observer_noise(w: f64, force: f64, averaged: usize) -> f64 {
     let (by_position, by_velocity) = ((core::f64::consts::SQRT_2 * w).min(0.5), w * w);
+    let beyond = (force * force - by_velocity * by_velocity).max(0.0).sqrt();
     // The variance is the sum of the squared response to one sample of noise, which dies away within a few 1 / w.
     let variance = |sensed: f64, pushed: f64| {
         let (mut y, mut v) = (0.0, pushed);
@@ -175,7 +177,7 @@ fn observer_noise(w: f64, force: f64, averaged: usize) -> f64 {
         let sums = response.windows(averaged).map(|e| e.iter().sum::<f64>());
         sums.map(|sum| sum * sum).sum::<f64>() / averaged as f64
     };
-    (variance(1.0, 0.0) + variance(0.0, force)).sqrt().max(1.0)
+    (variance(1.0, 0.0) + variance(0.0, beyond)).sqrt().max(1.0)
 }
 
 #[cfg(test)]
@@ -192,10 +194,12 @@ mod tests {
 
     #[test]
     fn an_observer_slower_than_its_force_s_noise_asks_shows_that_noise() {
-        // Of the continuous observer: the force's density over 2 sqrt(2) w^3.
-        for (w, force) in [(0.02, 1.0e-3), (0.05, 0.01), (0.1, 0.04)] {
+        // Of the continuous observer: the force's density over 2 sqrt(2) w^3, less that for which the bandwidth is meant.
+        for (w, times) in [(0.02, 3.0), (0.05, 2.0), (0.1, 4.0)] {
+            let force = times * w * w;
             let [with, without] = [force, 0.0].map(|force| observer_noise(w, force, 1).powi(2));
-            let continuous = force * force / (8.0_f64.sqrt() * w.powi(3));
+            assert_eq!(observer_noise(w, w * w, 1).powi(2), without);
+            let continuous = (times * times - 1.0) * w / 8.0_f64.sqrt();
             assert!(((with - without) / continuous - 1.0).abs() < 0.2, "{w}: {} of {continuous}", with - without);
         }
     }

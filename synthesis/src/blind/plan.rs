@@ -47,11 +47,14 @@ pub enum Class {
     Slight,
     /// A valve with a dead zone, which the file states, and slopes; each is off within its tolerance. One effect or none.
     Valve,
+    /// Sensors from far better to far worse than the usual ones, quiet ones beside noisy ones, with coarse and fine converters;
+    /// one effect or none.
+    Sensors,
 }
 
 impl Class {
     /// All of them, in the order of tables.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Single,
         Self::Weak,
         Self::Pairs,
@@ -66,6 +69,7 @@ impl Class {
         Self::Clipped,
         Self::Slight,
         Self::Valve,
+        Self::Sensors,
     ];
 
     /// Word on the command line and in tables.
@@ -86,6 +90,7 @@ impl Class {
             Self::Clipped => "clipped",
             Self::Slight => "slight",
             Self::Valve => "valve",
+            Self::Sensors => "sensors",
         }
     }
 }
@@ -242,7 +247,13 @@ impl Plan {
             Class::Null => 0,
             Class::Pairs => 2,
             Class::Triples => 3,
-            Class::Poor | Class::Decimated | Class::Slow | Class::Weather | Class::Clipped | Class::Valve
+            Class::Poor
+            | Class::Decimated
+            | Class::Slow
+            | Class::Weather
+            | Class::Clipped
+            | Class::Valve
+            | Class::Sensors
                 if rng.random_bool(0.5) =>
             {
                 0
@@ -345,6 +356,11 @@ impl Plan {
             Class::Decimated => chain.logged_every = [2, 5, 10][rng.random_range(0..3)],
             Class::Slow => chain.period_s = [5.0e-3, 10.0e-3, 20.0e-3][rng.random_range(0..3)],
             Class::Clipped => chain.clipped_above = Some(rng.random_range(0.75..0.95)),
+            Class::Sensors => {
+                let mut between = |least: f64, most: f64| least * (most / least).powf(rng.random_range(0.0..1.0));
+                (chain.position_noise_m, chain.pressure_noise_pa) = (between(3.0e-6, 0.1e-3), between(100.0, 1000.0));
+                (chain.position.1, chain.pressure.1) = (rng.random_range(14..=20), rng.random_range(11..=16));
+            }
             _ => {}
         }
         if self.class == Class::Partial {
