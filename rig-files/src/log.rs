@@ -250,7 +250,7 @@ impl Log {
             let Some((low, high)) = self.column(column).and_then(extent) else { continue };
             let name = column.name();
             if high < 0.2 * atmosphere {
-                found.push(format!("{name} never exceeds {:.4} Pa: is it in bar? 1 bar is 1e5 Pa", Short(high)));
+                found.push(format!("{name} never exceeds {:.4} Pa, far below atmosphere: check its unit", Short(high)));
             } else if low < 0.5 * atmosphere {
                 let low = Short(low);
                 found.push(format!("{name} falls to {low:.0} Pa, far below atmosphere: is it gauge pressure?"));

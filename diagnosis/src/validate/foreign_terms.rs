@@ -58,11 +58,12 @@ pub(crate) fn superseded(problem: &Problem<'_>, extended: &Extended) -> Vec<Effe
     extended.fit.hypothesis.effects.iter().copied().filter(|e| !kept.contains(e)).collect()
 }
 
-/// Whether a single term explains the log plainly better than a cause, in its place: of two descriptions alike the catalogue's counts,
-/// but not where physics outside it fits better. `without`: the best fit without the cause.
-pub(crate) fn replaces(problem: &Problem<'_>, best: &Fit, effect: Effect, without: &Fit) -> bool {
+/// The fit of a single term that explains the log plainly better than a cause, in its place: of two descriptions alike the catalogue's
+/// counts, but not where physics outside it fits better. `without`: the best fit without the cause.
+pub(crate) fn replacing(problem: &Problem<'_>, best: &Fit, effect: Effect, without: &Fit) -> Option<Fit> {
     let other = extend(problem, without, effects::channels(effect), 1);
-    !other.terms.is_empty() && other.fit.cost(problem) < best.cost(problem) - constants::term_gain()
+    let better = !other.terms.is_empty() && other.fit.cost(problem) < best.cost(problem) - constants::term_gain();
+    better.then_some(other.fit)
 }
 
 /// Words and figures for the terms added to `from` that hold on `held`, the part of the log held back: those that take at least

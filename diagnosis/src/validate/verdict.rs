@@ -144,13 +144,16 @@ fn superseded(problem: &Problem<'_>, found: &Found) -> Vec<Effect> {
         return Vec::new();
     }
     let extended = foreign_terms::extend(problem, &found.best, touched, constants::most_terms());
-    if extended.terms.is_empty() {
+    // Terms that only suppress noise describe nothing that the catalogue lacks.
+    let tells = |with: &Fit| explains_excess(problem, &found.best, with, touched);
+    if extended.terms.is_empty() || !tells(&extended.fit) {
         return Vec::new();
     }
     let needless = foreign_terms::superseded(problem, &extended);
     let replaced = |(effect, without): (&Effect, &Option<Fit>)| {
         let without = without.as_ref().filter(|_| !needless.contains(effect))?;
-        foreign_terms::replaces(problem, &found.best, *effect, without).then_some(*effect)
+        let other = foreign_terms::replacing(problem, &found.best, *effect, without)?;
+        tells(&other).then_some(*effect)
     };
     let pairs = found.best.hypothesis.effects.iter().zip(&found.without);
     let replaced: Vec<Effect> = pairs.filter_map(replaced).collect();

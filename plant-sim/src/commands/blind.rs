@@ -30,8 +30,8 @@ pub(crate) struct Arguments {
     /// Seed of the suite; printed, and drawn if not given
     #[arg(long)]
     seed: Option<u64>,
-    /// single, weak, pairs, triples, null, unknown, partial, poor, decimated, slow, weather, clipped, slight, valve, or
-    /// all
+    /// single, weak, pairs, triples, null, unknown, partial, poor, decimated, slow, weather, clipped, slight, valve,
+    /// sensors, or all
     #[arg(long, value_delimiter = ',', default_value = "all", value_parser = class)]
     class: Vec<Classes>,
     /// exact, 2%, or both
