@@ -250,7 +250,10 @@ impl Log {
             let Some((low, high)) = self.column(column).and_then(extent) else { continue };
             let name = column.name();
             if high < 0.2 * atmosphere {
-                found.push(format!("{name} never exceeds {:.4} Pa, far below atmosphere: check its unit", Short(high)));
+                found.push(format!(
+                    "{name} never exceeds {:.4} Pa, far below atmosphere: is it in bar, MPa or kPa?",
+                    Short(high)
+                ));
             } else if low < 0.5 * atmosphere {
                 let low = Short(low);
                 found.push(format!("{name} falls to {low:.0} Pa, far below atmosphere: is it gauge pressure?"));
