@@ -101,11 +101,7 @@ impl Air {
         wanted: Channels,
     ) -> Self {
         let parts = (!remembers(plant)).then(|| stretches.to_vec());
-        let places = || valve::places(record, plant, parts.as_deref());
-        let make = || {
-            let places = signals.places.of((valve::Travel::of(plant), parts.clone()), places);
-            opening::openings_at(&places, record, plant)
-        };
+        let make = || opening::openings_at(&places(record, signals, plant, parts.as_deref()), record, plant);
         let openings = signals.openings.of((opening::Path::of(plant), parts.clone()), make);
         let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         let side = |(channel, side): (Channel, Side)| {
@@ -137,6 +133,12 @@ impl Air {
 }
 
 const CHAMBERS: [(Channel, Side); 2] = [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)];
+
+/// Where the valve's spool is, in some stretches if there are any.
+fn places(record: &Record, signals: &Signals, plant: &Plant<f64>, parts: Option<&[Stretch]>) -> Arc<valve::Places> {
+    let key = (valve::Travel::of(plant), parts.map(<[Stretch]>::to_vec));
+    signals.places.of(key, || valve::places(record, plant, parts))
+}
 
 /// Whether the air remembers, from between stretches, what the valve did there: a drooping supply and warm walls do.
 fn remembers(plant: &Plant<f64>) -> bool {
@@ -185,10 +187,7 @@ pub(crate) fn by_openings(
     let linearised = |place: usize| drives[place].as_ref().map(|d| Linearised::of(record, plant, stretches, d));
     let (a, b) = rayon::join(|| linearised(0), || linearised(1));
     let parts = (!remembers(plant)).then_some(stretches);
-    let places = |plant: &Plant<f64>| {
-        let key = (valve::Travel::of(plant), parts.map(<[Stretch]>::to_vec));
-        signals.places.of(key, || valve::places(record, plant, parts))
-    };
+    let places = |plant: &Plant<f64>| places(record, signals, plant, parts);
     let along = opening::Along::of(plant, places(plant));
     let changes = |other: &Plant<f64>| {
         let all = || opening::changes([&air.openings, &opening::openings_at(&places(other), record, other)]);
