@@ -7,6 +7,7 @@ pub(crate) mod hum;
 pub(crate) mod masks;
 pub(crate) mod noise;
 pub(crate) mod outliers;
+mod position_observer;
 pub(crate) mod prepare;
 pub(crate) mod quality;
 pub(crate) mod record;

@@ -32,6 +32,11 @@ impl Reach {
     }
 }
 
+/// A signal smoothed twice, as pressures are.
+pub(crate) fn twice(signal: &[f64], smoothed: impl Fn(&[f64]) -> Smoothed) -> Smoothed {
+    smoothed(&smoothed(signal).value)
+}
+
 /// Fits a parabola to the samples within reach on either side of each one (fewer near the ends of the stretch).
 ///
 /// Zero phase; passes signals slower than about one over the whole window and keeps the mean of a kink.
