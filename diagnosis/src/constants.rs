@@ -314,8 +314,8 @@ constants! {
             "Time constant of the observer while it settles.",
             "a fifth of the settling time";
         chamber_clear: f64 = 0.5, "",
-            "Where pressure noise is less than this part of what position noise makes, the prediction follows the measurement.",
-            "equal shares are 0.7";
+            "Where a prediction is worth less than this part of what it is in the middle of the stroke, it follows the measurement.",
+            "near an end position noise makes twice as much of the volume's as all noise elsewhere";
         slowest_observer: f64 = 15.0, "rad/s",
             "The position observer is no slower, however quiet the pressures are.",
             "it forgets within 0.3 s: a part of the log is 1.5 s long or less";

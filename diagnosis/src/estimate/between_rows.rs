@@ -47,10 +47,14 @@ pub(crate) fn likelier(
         record
     };
     let held = refined(Between::Held);
-    if air == 0 || rows.quality.interval_s < constants::close_rows() {
+    if air == 0 {
         return held;
     }
     let Some((if_held, noise)) = cost(&held, hypothesis) else { return held };
+    // What is like noise needs no other reading.
+    if if_held < noise {
+        return held;
+    }
     let enough =
         |effect: &Effect| cost(&held, &hypothesis.without(*effect, nominal)).is_some_and(|(rest, _)| rest < noise);
     if hypothesis.effects.par_iter().any(enough) {

@@ -53,9 +53,14 @@ const ATMOSPHERE: &str = "supply.atmosphere_pa";
 /// far better than the default, and each is degenerate with others here.
 ///
 /// Of the bristles a log shows little, and only where the piston hardly moves.
-const CORRECTED_ON_REQUEST: [(&str, Channels); 5] = [
+const CORRECTED_ON_REQUEST: [(&str, Channels); 10] = [
     ("gas.heat_capacity_ratio", A | B),
     ("cylinder.area_m2", A | B | Y),
+    ("load.inclination_deg", Y),
+    ("hose_a.length_m", A),
+    ("hose_b.length_m", B),
+    ("cushion_a.length_m", A),
+    ("cushion_b.length_m", B),
     ("friction.stiffness_n_per_m", Y),
     ("friction.damping_n_s_per_m", Y),
     ("friction.breakaway_m", Y),
@@ -138,8 +143,8 @@ pub(crate) fn nominal_parameters(
                 scale: tolerance.max(1.0e-4 * nominal.abs()),
                 negligible: 0.0,
                 tolerance: Some(tolerance),
-                min: (nominal - farthest).max(near.min(far)),
-                max: (nominal + farthest).min(near.max(far)),
+                min: (nominal - farthest).max(near.min(far)).max(key.limits.low),
+                max: (nominal + farthest).min(near.max(far)).min(key.limits.high),
                 channels: channels & judgeable,
             });
         }

@@ -27,10 +27,10 @@ pub(crate) fn closed_cost(channel: Channel) -> f64 {
     if channel == Channel::Position { constants::closed_cost_force() } else { constants::closed_cost_mass() }
 }
 
-/// The channels that could be judged.
-pub(crate) fn judged(problem: &Problem<'_>) -> impl Iterator<Item = Channel> {
-    let judgeable = problem.judgeable;
-    Channel::ALL.into_iter().filter(move |channel| judgeable & channel.bit() != 0)
+/// The channels of which samples were judged.
+pub(crate) fn judged<'a>(problem: &'a Problem<'_>) -> impl Iterator<Item = Channel> + use<'a> {
+    let judged = |channel: &Channel| problem.judgeable & channel.bit() != 0 && problem.noise_cost(channel.bit()) > 0.0;
+    Channel::ALL.into_iter().filter(judged)
 }
 
 /// What a fit costs in a channel over what white noise would cost, of the samples that were judged, however many are masked.
