@@ -193,8 +193,8 @@ constants! {
             "The same for the velocity.",
             "five samples: the least that averages the noise of a slope";
         close_rows: f64 = 0.00125, "s",
-            "Between rows no farther apart a command counts as held.",
-            "a loop at 1 kHz with an irregular clock; a command that moves within it comes half of it later or earlier";
+            "Where rows are farther apart no column is looked for that another clock stamped.",
+            "a loop at 1 kHz with an irregular clock; a command that moved between rows looks late";
         longest_step: f64 = 0.002, "s",
             "Where rows are farther apart the balances run in steps between them, no longer than this.",
             "a tenth of the fastest time constant of a chamber, 20 ms";
@@ -314,8 +314,8 @@ constants! {
             "Time constant of the observer while it settles.",
             "a fifth of the settling time";
         chamber_clear: f64 = 0.5, "",
-            "Where a prediction is worth less than this part of what it is in the middle of the stroke, it follows the measurement.",
-            "near an end position noise makes twice as much of the volume's as all noise elsewhere";
+            "Where pressure noise is less than this part of what position noise makes, the prediction follows the measurement.",
+            "equal shares are 0.7; a chamber where it is less everywhere is compared with its middle";
         slowest_observer: f64 = 15.0, "rad/s",
             "The position observer is no slower, however quiet the pressures are.",
             "it forgets within 0.3 s: a part of the log is 1.5 s long or less";

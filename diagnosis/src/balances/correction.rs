@@ -18,10 +18,12 @@ pub(crate) struct Correction {
 
 /// Weights and gains of the predictions of a chamber's pressure.
 pub(crate) fn correction(record: &Record, side: Side, stretches: &[Stretch]) -> Correction {
-    let ChamberSignals { weight_per_pa: weights, doubt_pa, .. } = record.chamber(side);
+    let ChamberSignals { weight_per_pa: weights, noise_pa, doubt_pa, .. } = record.chamber(side);
     let count = samples(stretches);
-    // Away from the ends of the stroke the noise of the position makes least of the volume's.
+    // Where position noise counts for more even in the middle of the stroke, the ends are told by what is known there.
+    let by_pressure = 1.0 / noise_pa.max(constants::numerical_error_pa());
     let clearest = weights.iter().fold(0.0_f64, |most, weight| most.max(*weight));
+    let usual = if clearest < constants::chamber_clear() * by_pressure { clearest } else { by_pressure };
     let mut out =
         Correction { weight_per_pa: Vec::with_capacity(count), gain: Vec::with_capacity(count), log_widths: 0.0 };
     for stretch in stretches {
@@ -34,7 +36,7 @@ pub(crate) fn correction(record: &Record, side: Side, stretches: &[Stretch]) -> 
                 out.gain.push(0.0);
                 continue;
             }
-            if weights[k] < constants::chamber_clear() * clearest {
+            if weights[k] < constants::chamber_clear() * usual {
                 settled = settled.max(record.t_s[k] + constants::settling_s());
             }
             let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };

@@ -368,6 +368,32 @@ mod tests {
     }
 
     #[test]
+    fn every_tolerance_that_a_rig_file_states_counts_but_those_of_values_that_are_always_exact() {
+        let exact = ["gas.gas_constant_j_per_kg_k", "cylinder.stroke_m", "valve.max_voltage_v"];
+        let mut rig = RigFile::paper_a();
+        rig.tolerance.default = 0.0;
+        rig.rig.load.inclination_deg = 30.0;
+        let h = &mut rig.rig.hoses;
+        (h.a_length_m, h.a_diameter_m, h.b_length_m, h.b_diameter_m) = (1.0, 4.0e-3, 0.5, 6.0e-3);
+        for name in ["cushion_a.length_m", "cushion_b.length_m"] {
+            rig_files::rig_key(name).expect("a key").set(&mut rig.rig, 0.02);
+        }
+        // A value of both sides stands for either, but for the piston's area, which is corrected as one.
+        let areas = Place::area_m2.key();
+        let counts = |key: &&RigKey| key.sides.is_empty() && key.both_sides() != Some(areas) || *key == areas;
+        let keys: Vec<_> = all_keys().filter(counts).filter(|key| key.get(&rig.rig) != 0.0).collect();
+        assert!(keys.len() > 20, "{}", keys.len());
+        for key in keys {
+            let mut rig = rig.clone();
+            assert!(rig.tolerance.set(key.path, 0.05));
+            let found = nominal_parameters(&rig, A | B | Y | S, true, &[0.0])
+                .into_iter()
+                .any(|p| p.slot == Slot::Nominal(key) && p.tolerance.is_some_and(|tolerance| tolerance > 0.0));
+            assert_eq!(found, !exact.contains(&key.path), "{}", key.path);
+        }
+    }
+
+    #[test]
     fn hoses_pass_more_or_less_and_delay_by_less_than_sound_takes_however_exact_a_rig_file_is() {
         let mut rig = RigFile::paper_a();
         rig.tolerance.default = 0.0;
