@@ -193,7 +193,7 @@ constants! {
             "The same for the velocity.",
             "five samples: the least that averages the noise of a slope";
         close_rows: f64 = 0.00125, "s",
-            "Where rows are farther apart no column is looked for that another clock stamped.",
+            "Where rows are farther apart no column is looked for that another clock stamped, and `check` says that little shows between them.",
             "a loop at 1 kHz with an irregular clock; a command that moved between rows looks late";
         longest_step: f64 = 0.002, "s",
             "Where rows are farther apart the balances run in steps between them, no longer than this.",

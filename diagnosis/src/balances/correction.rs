@@ -20,7 +20,7 @@ pub(crate) struct Correction {
 pub(crate) fn correction(record: &Record, side: Side, stretches: &[Stretch]) -> Correction {
     let ChamberSignals { weight_per_pa: weights, noise_pa, doubt_pa, .. } = record.chamber(side);
     let count = samples(stretches);
-    // Where position noise counts for more even in the middle of the stroke, the ends are told by what is known there.
+    // Where position noise counts for more than that of the pressure everywhere, a sample is compared with the clearest one.
     let by_pressure = 1.0 / noise_pa.max(constants::numerical_error_pa());
     let clearest = weights.iter().fold(0.0_f64, |most, weight| most.max(*weight));
     let usual = if clearest < constants::chamber_clear() * by_pressure { clearest } else { by_pressure };
