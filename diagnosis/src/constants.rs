@@ -178,7 +178,7 @@ constants! {
             "Nor are stretches of fewer samples.",
             "two averaged innovations";
         volume_reach: f64 = 0.007, "s",
-            "Half the window of the local parabola that smooths the position for chamber volumes.",
+            "Half the longest window of the local parabola that smooths the position for chamber volumes.",
             "15 samples at 1 kHz: leaves two fifths of the noise";
         velocity_reach: f64 = 0.015, "s",
             "The same for the velocity.",
@@ -186,6 +186,12 @@ constants! {
         pressure_reach: f64 = 0.009, "s",
             "The same for chamber pressures, in each of two passes.",
             "two passes of 41 to 61 ms together were best in grey-box trials, 21 ms hides a pressure lag";
+        windows_apart: f64 = 3.0, "",
+            "A window is shortened where what it makes of a signal lies more than so many standard errors from what a shorter one does.",
+            "three standard errors: noise shortens one in some hundred windows";
+        window_blend: usize = 3, "samples",
+            "Over so many samples on either side the choice of windows is averaged.",
+            "seven samples: no step between windows";
         least_reach: usize = 1, "samples",
             "Half a window holds no fewer samples: a parabola through three of them passes all noise and all motion.",
             "fewer have no slope";

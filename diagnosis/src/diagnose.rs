@@ -136,7 +136,10 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
     let mut held = predicts(&kept);
     let mut nearest = at(&held, hold_out::HORIZON_S);
-    let closed = nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
+    // Where every equation holds to within noise, what predictions err beyond it is of values that the log tells poorly, as what
+    // holds a resting piston: no gap of the model.
+    let holds = judgement.open == 0 && closure::holds_like_noise(problem, &kept);
+    let closed = holds || nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     if !closed {
         judgement.doubt(&found.unrivalled);

@@ -165,6 +165,51 @@ fn quiet_positions_beside_noisy_pressures_leave_no_gap_and_hide_no_friction() {
     }
 }
 
+/// What a log of everyday work of rig (a), with a leak of chamber A hidden, comes to through a chain.
+fn with_a_leak(chain: impl Fn(&mut Chain)) -> Diagnosis {
+    let rig_file = RigFile::paper_a();
+    let mut through = Chain::standard(rig_file.io.position_range_m);
+    chain(&mut through);
+    let case = Case {
+        experiment: Family::Everyday.draw(&rig_file.rig, 12.0, &mut Xoshiro256PlusPlus::seed_from_u64(SEED)),
+        law: Law::for_rig(&rig_file.rig, 1.2),
+        causes: vec![Cause::Catalogue(Effect::LeakChamberA, [3.0e-10, 0.0, 0.0])],
+        truth: rig_file.rig,
+        chain: through,
+        seed: SEED,
+        rig_file,
+    };
+    diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log")
+}
+
+fn misfit(found: &Diagnosis, channel: Channel) -> f64 {
+    found.balances.iter().find(|balance| balance.channel == channel).expect("judged").extended_misfit
+}
+
+#[test]
+fn a_loop_faster_than_rows_of_1_ms_hides_no_leak() {
+    let found = with_a_leak(|chain| {
+        (chain.period_s, chain.logged_every) = (0.5e-3, 2);
+        (chain.pressure_noise_pa, chain.pressure.1, chain.position_noise_m) = (100.0, 16, 5.0e-6);
+    });
+    assert_eq!(found.verdict, Verdict::Explained, "{:?} {:?}", found.causes, found.leads);
+    assert!(matches!(&found.causes[..], [cause] if cause.id == "leak-chamber-a"), "{:?}", found.causes);
+    for channel in [Channel::PressureA, Channel::PressureB] {
+        assert!((0.6..1.3).contains(&misfit(&found, channel)), "{:?}", found.balances);
+    }
+}
+
+#[test]
+fn chambers_are_judged_beside_a_position_whose_noise_counts_for_more() {
+    let found = with_a_leak(|chain| {
+        (chain.pressure_noise_pa, chain.pressure.1, chain.position_noise_m) = (20.0, 16, 0.4e-3);
+    });
+    assert!(matches!(&found.causes[..], [cause] if cause.id == "leak-chamber-a"), "{:?}", found.causes);
+    for channel in [Channel::PressureA, Channel::PressureB] {
+        assert!(misfit(&found, channel) < 1.3, "{:?}", found.balances);
+    }
+}
+
 #[test]
 fn a_position_that_ends_at_its_sensors_limit_is_not_judged_there() {
     stands(Class::Clipped);

@@ -1,5 +1,6 @@
 //! The log made ready: samples, stretches, noise, smoothing, masks.
 
+mod adaptive_window;
 pub(crate) mod channel;
 pub(crate) mod cleaned;
 pub(crate) mod grid;

@@ -2,7 +2,7 @@
 
 use super::quality::Quality;
 use super::record::Record;
-use super::smoothing::{Reach, Smoothed, parabola, twice};
+use super::smoothing::{Reach, twice};
 use crate::constants;
 use plant_model::Plant;
 use rig_files::RigFile;
@@ -36,12 +36,7 @@ pub(super) fn pushed(w: f64, force: f64, record: &Record) -> Vec<f64> {
     let mut one = vec![0.0; 2 * middle + 1];
     one[middle] = beyond;
     let t_s: Vec<f64> = (0..one.len()).map(|k| record.step_s * k as f64).collect();
-    twice(&one, |signal| {
-        let mut out = Smoothed::default();
-        parabola(&t_s, signal, record.pressure_reach(), &mut out);
-        out
-    })
-    .value
+    twice(&t_s, &one, record.pressure_reach()).value
 }
 
 /// Standard deviation of the position observer's innovations, so many averaged into one and scaled as white noise is,

@@ -1,13 +1,14 @@
 //! From the log's columns to a record: usable samples, uninterrupted stretches, the part held back, noise levels,
 //! smoothed signals, masks.
 
+use super::adaptive_window;
 use super::grid::{Between, refined};
 use super::masks;
 use super::noise::{self, ChannelNoise};
 use super::position_observer::{bandwidth_rad_per_s, force_noise_per_s2, observer_noise, pushed};
 use super::quality::Available;
 use super::record::Record;
-use super::smoothing::{Reach, Smoothed, parabola, slopes, twice};
+use super::smoothing::{Reach, Smoothed, parabola, twice};
 use super::split::{self, Stretch};
 use core::ops::Range;
 use rig_files::{Log, RigFile};
@@ -117,26 +118,27 @@ fn estimate_noise(record: &mut Record) {
 fn smooth(record: &mut Record) {
     // Smoothing never reaches across an interruption or into the part held back.
     let pieces = split::pieces(&record.stretches, record.t_s.len());
-    let smoothed = |signal: &[f64], reach: Reach| {
+    let interval_s = record.quality.interval_s;
+    let smoothed = |signal: &[f64], by: &dyn Fn(&[f64], &[f64]) -> Smoothed| {
         let mut out = Smoothed::default();
-        if !signal.is_empty() {
-            for piece in &pieces {
-                parabola(&record.t_s[piece.clone()], &signal[piece.clone()], reach, &mut out);
-            }
+        for piece in pieces.iter().filter(|_| !signal.is_empty()) {
+            let part = by(&record.t_s[piece.clone()], &signal[piece.clone()]);
+            out.value.extend(part.value);
+            out.slope.extend(part.slope);
         }
         out
     };
-    let (y_smooth, motion) =
-        (smoothed(&record.y_m, record.volume_reach()), smoothed(&record.y_m, record.velocity_reach()));
-    // The slope is the derivative of the smoothed pressure itself, so that p + tau p' undoes a lag without a bias.
-    let pressure = |signal: &[f64]| {
-        let value = twice(signal, |signal| smoothed(signal, record.pressure_reach())).value;
-        let slope = pieces.iter().flat_map(|piece| slopes(&record.t_s, &value, piece.clone())).collect();
-        Smoothed { value, slope }
+    // Where the signal asks for it, shorter windows: for values alone, as the noise of a slope grows with shorter ones by far more.
+    let adaptive = |signal: &[f64], noise: ChannelNoise, reach: Reach, once: fn(&[f64], &[f64], Reach) -> Smoothed| {
+        let window = (reach, interval_s);
+        smoothed(signal, &|t_s, signal| adaptive_window::smooth((t_s, signal), noise.standard_deviation, window, once))
     };
-    let both = [&record.p_a_pa, &record.p_b_pa].map(|p| if p.is_empty() { Smoothed::default() } else { pressure(p) });
-    let [p_a, p_b] = both;
-    let p_sup = smoothed(&record.p_sup_pa, record.volume_reach());
+    let (q, pressure, volume) = (&record.quality, record.pressure_reach(), record.volume_reach());
+    let motion = smoothed(&record.y_m, &|t_s, signal| parabola(t_s, signal, record.velocity_reach()));
+    let y = adaptive(&record.y_m, q.position, volume, parabola);
+    let p_a = adaptive(&record.p_a_pa, q.pressure_a, pressure, twice);
+    let p_b = adaptive(&record.p_b_pa, q.pressure_b, pressure, twice);
+    let p_sup = adaptive(&record.p_sup_pa, q.supply, volume, parabola);
     (record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth) =
-        (y_smooth, motion, p_a, p_b, p_sup);
+        (y, motion, p_a, p_b, p_sup);
 }

@@ -32,15 +32,19 @@ impl Reach {
     }
 }
 
-/// A signal smoothed twice, as pressures are.
-pub(crate) fn twice(signal: &[f64], smoothed: impl Fn(&[f64]) -> Smoothed) -> Smoothed {
-    smoothed(&smoothed(signal).value)
+/// A signal smoothed twice, as pressures are. The slope is the derivative of what is smoothed, so that `p + tau p'` undoes a lag
+/// without a bias.
+pub(crate) fn twice(t_s: &[f64], signal: &[f64], reach: Reach) -> Smoothed {
+    let value = parabola(t_s, &parabola(t_s, signal, reach).value, reach).value;
+    let slope = slopes(t_s, &value, 0..value.len()).collect();
+    Smoothed { value, slope }
 }
 
 /// Fits a parabola to the samples within reach on either side of each one (fewer near the ends of the stretch).
 ///
 /// Zero phase; passes signals slower than about one over the whole window and keeps the mean of a kink.
-pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: Reach, out: &mut Smoothed) {
+pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: Reach) -> Smoothed {
+    let mut out = Smoothed::default();
     let (mut first, mut end) = (0, 0);
     for k in 0..signal.len() {
         while t_s[first] < t_s[k] - reach.seconds {
@@ -72,6 +76,7 @@ pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: Reach, out: &mut Smoo
         out.value.push(signal[k] + value);
         out.slope.push(slope / scale);
     }
+    out
 }
 
 /// Central differences of a smooth signal over one piece of it, per second; one-sided at its ends.
@@ -115,8 +120,7 @@ mod tests {
     fn a_parabola_passes_unchanged_even_at_irregular_times() {
         let t: Vec<f64> = (0..200).map(|k| 1.0e-3 * k as f64 + 2.0e-4 * ((k * 7) % 5) as f64).collect();
         let x: Vec<f64> = t.iter().map(|t| 1.0 + 3.0 * t - 20.0 * t * t).collect();
-        let mut out = Smoothed::default();
-        parabola(&t, &x, Reach { seconds: 0.01, least: 2 }, &mut out);
+        let out = parabola(&t, &x, Reach { seconds: 0.01, least: 2 });
         for k in 0..t.len() {
             assert!((out.value[k] - x[k]).abs() < 1.0e-9);
             assert!((out.slope[k] - (3.0 - 40.0 * t[k])).abs() < 1.0e-6);

@@ -2,7 +2,7 @@
 
 use super::FrictionMapError;
 use super::regression::{Finding, NOTHING, mean};
-use crate::data::smoothing::{Reach, Smoothed, parabola};
+use crate::data::smoothing::{Reach, parabola};
 use nalgebra::{Matrix4, Vector4};
 use rig_files::{Log, RigFile};
 use serde::Serialize;
@@ -100,9 +100,8 @@ pub(super) fn run(rig: &RigFile, log: &Log, place: usize) -> Result<Run, Frictio
         return Err(no_motion);
     }
     let step_s = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
-    let mut motion = Smoothed::default();
     let reach = Reach { seconds: 0.0, least: ((VELOCITY_REACH_S / step_s).round() as usize).max(2) };
-    parabola(&t, &y, reach, &mut motion);
+    let motion = parabola(&t, &y, reach);
     let mut speeds: Vec<f64> = motion.slope.iter().map(|v| v.abs()).collect();
     let at = speeds.len() * 3 / 4;
     let usual = *speeds.select_nth_unstable_by(at, f64::total_cmp).1;

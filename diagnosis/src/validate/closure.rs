@@ -38,6 +38,21 @@ pub(crate) fn misfit_of(problem: &Problem<'_>, fit: &Fit, channel: Channel) -> f
     fit.channel_cost[channel as usize] / (COST_OF_NOISE * (2.0 * problem.noise_cost(channel.bit())).max(1.0))
 }
 
+/// Whether the balances of the piston and of both chambers were judged on the part held back, and all that were are closed there
+/// and err no more than noise. A quarter of the log tells a long-run variance less well than all of it does.
+pub(crate) fn holds_like_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
+    let held = problem.held_back();
+    let Some(fit) = held.evaluate_as_is(fit.hypothesis.clone()) else { return false };
+    let dispersion = held.dispersion_at(&fit);
+    let judged: Vec<Channel> = judged(&held).collect();
+    let like_noise = |channel: &Channel| {
+        misfit_of(&held, &fit, *channel) < constants::like_noise()
+            && dispersion[*channel as usize] < closed_dispersion(*channel)
+    };
+    let needed = [Channel::Position, Channel::PressureA, Channel::PressureB];
+    needed.iter().all(|channel| judged.contains(channel)) && judged.iter().all(like_noise)
+}
+
 /// Misfit of each balance without and with the causes, and whether it is closed.
 pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Innovations; 2]) -> Vec<Balance> {
     let dispersion = problem.dispersion_at(&found.best);

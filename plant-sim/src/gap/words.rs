@@ -38,6 +38,12 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
             Tone::Caution,
             format!("As far as one pressure and the position allow: {}{unsure}. The rest cannot be judged.", list(&causes)),
         ),
+        Verdict::NoGap if !predicts(diagnosis) => (
+            Tone::Good,
+            "No gap: within the stated tolerance of its values, every equation of the rig file holds on this log to within its \
+             noise."
+                .to_string(),
+        ),
         Verdict::NoGap if diagnosis.calibration.is_empty() => {
             (Tone::Good, "No gap: the rig file predicts this log as well as its noise allows.".to_string())
         }
@@ -71,6 +77,24 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
                 .to_string(),
         ),
     }
+}
+
+/// Whether the whole model predicts the part held back as well as noise allows; true where nothing tells.
+fn predicts(diagnosis: &Diagnosis) -> bool {
+    diagnosis.gain.as_ref().is_none_or(Gain::closed)
+}
+
+/// What is to be said of predictions that err beyond noise although every balance errs like noise.
+pub(crate) fn sensitive(diagnosis: &Diagnosis) -> Option<String> {
+    let gain = diagnosis.gain.filter(|gain| !gain.closed())?;
+    matches!(diagnosis.verdict, Verdict::NoGap | Verdict::Explained).then(|| {
+        format!(
+            "Each balance errs like noise, yet predictions {:.0} ms ahead err {:.1} times as much as noise alone would make them. \
+             They depend on values that this log tells poorly, as the friction that holds a resting piston: a longer log tells more.",
+            gain.horizon_s * 1e3,
+            gain.worst_ratio
+        )
+    })
 }
 
 /// Whether what is left is below [`SMALL`] in every balance, and the whole model predicts the part held back as well as noise allows.
@@ -207,6 +231,9 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
             let share = closed.map_or("nothing to close".into(), |share| format!("{:.0} % closed", 100.0 * share));
             let _ = writeln!(text, "  {name:<10}  {before} before, {after} after, {floor} from noise alone: {share}");
         }
+    }
+    if let Some(sensitive) = sensitive(diagnosis) {
+        let _ = writeln!(text, "\n{sensitive}");
     }
     if let Some(next) = &diagnosis.next_experiment {
         let _ = writeln!(text, "\nNext: {next}");
