@@ -10,9 +10,10 @@ use crate::data::cleaned::Cleaned;
 use crate::data::prepare::prepare;
 use crate::data::record::Record;
 use crate::errors::{DiagnosisError, LEAST_SAMPLES};
+use crate::estimate::between_rows::Rows;
 use crate::estimate::effort::Effort;
 use crate::estimate::problem::{Fit, Problem};
-use crate::estimate::{between_rows, clocks, gauges, noise_level};
+use crate::estimate::{clocks, gauges, noise_level};
 use crate::explain::residuals::Residuals;
 use crate::explain::{calibration, cause, experiments, extension, identifiability};
 use crate::model::hypothesis::Hypothesis;
@@ -57,7 +58,10 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     }
     let corrected = nominal::nominal_parameters(rig, judgeable, record.available.supply, &record.u_v);
     let nominal = Hypothesis::null(&corrected);
-    let mut record = between_rows::likelier(rig, &plant, &rows, judgeable, &corrected, &nominal);
+    let between_rows = Rows { rig, rows: &rows, judgeable, nominal: &corrected };
+    let mut reading = between_rows.likelier(&nominal);
+    // With less noise, once a fit has told so.
+    let mut record = reading.clone();
     let effort = Effort::default();
     let mut reconsidered = [false; 3];
     // Where a search begins: causes found under another reading of the rows are most of the way.
@@ -85,14 +89,16 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         let Some(found) = search::search(&mut problem, &nominal, begin.take(), progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
-        // What the causes explain may have looked like a command that moved between rows, or the other way round; or like
-        // noise.
+        // What the causes explain may have looked like a command that moved between rows, or the other way round, or by more than it
+        // did; or like noise.
         if !found.best.hypothesis.effects.is_empty() {
             let best = &found.best.hypothesis;
-            let again = between_rows::likelier(rig, &plant, &rows, judgeable, &corrected, best);
-            if again.command_moved() != record.command_moved() && !reconsidered[1] {
+            if !reconsidered[1]
+                && let Some(again) = between_rows.other_than(&reading, best)
+            {
                 begin = Some(best.clone());
-                (record, reconsidered) = (again, [false, true, reconsidered[2]]);
+                reading = again;
+                (record, reconsidered) = (reading.clone(), [false, true, reconsidered[2]]);
                 continue;
             }
             if !reconsidered[2]
