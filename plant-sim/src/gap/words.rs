@@ -38,19 +38,19 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
             Tone::Caution,
             format!("As far as one pressure and the position allow: {}{unsure}. The rest cannot be judged.", list(&causes)),
         ),
-        Verdict::NoGap if !predicts(diagnosis) => (
-            Tone::Good,
-            "No gap: within the stated tolerance of its values, every equation of the rig file holds on this log to within its \
-             noise."
-                .to_string(),
-        ),
-        Verdict::NoGap if diagnosis.calibration.is_empty() => {
+        Verdict::NoGap if diagnosis.calibration.is_empty() && predicts(diagnosis) => {
             (Tone::Good, "No gap: the rig file predicts this log as well as its noise allows.".to_string())
         }
         Verdict::NoGap if diagnosis.calibration.iter().any(Calibration::is_strained) => (
             Tone::Caution,
             "No gap that this log proves, but the rig file fits it only with values further off than their stated tolerance \
              makes likely: check those below."
+                .to_string(),
+        ),
+        Verdict::NoGap if !predicts(diagnosis) => (
+            Tone::Good,
+            "No gap: within the stated tolerance of its values, every equation of the rig file holds on this log to within its \
+             noise."
                 .to_string(),
         ),
         Verdict::NoGap => (
