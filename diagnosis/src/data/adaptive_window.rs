@@ -6,56 +6,64 @@
 
 use super::smoothing::{Reach, Smoothed};
 use crate::constants;
-
-/// A window throughout a signal.
-struct Window {
-    smoothed: Smoothed,
-    /// What it makes of one sample of one amid zeros.
-    response: Vec<f64>,
-}
-
-/// Smooths one piece of a signal, given at some times, with windows of at most `longest`. `once` smooths with one window
-/// throughout; `noise` is the standard deviation of the signal's white noise, `interval_s` the usual time between samples.
-pub(crate) fn smooth(
-    (t_s, signal): (&[f64], &[f64]),
-    noise: f64,
-    (longest, interval_s): (Reach, f64),
-    once: fn(&[f64], &[f64], Reach) -> Smoothed,
-) -> Smoothed {
-    // Smoothed twice, one sample spreads over four times the reach.
-    let width = 8 * longest.samples(interval_s) + 1;
-    let impulse_t_s: Vec<f64> = (0..width).map(|k| k as f64 * interval_s).collect();
-    let impulse: Vec<f64> = (0..width).map(|k| if k == width / 2 { 1.0 } else { 0.0 }).collect();
-    let window =
-        |reach| Window { smoothed: once(t_s, signal, reach), response: once(&impulse_t_s, &impulse, reach).value };
-    let windows: Vec<Window> = from_the_shortest(longest, interval_s).into_iter().map(window).collect();
-    let contradicted: Vec<Vec<bool>> = (0..windows.len())
-        .map(|place| {
-            let shorter = &windows[place.saturating_sub(COMPARED)..place];
-            contradicted(&windows[place], shorter, noise, signal.len())
-        })
-        .collect();
-    // Near the ends windows are cut off, and short ones there are worse than what they are compared with.
-    let whole = longest.samples(interval_s)..signal.len().saturating_sub(longest.samples(interval_s));
-    let agrees = |k: usize, place: usize| !whole.contains(&k) || !contradicted[place][k];
-    let longest = |k: usize| (0..windows.len()).rev().find(|place| agrees(k, *place)).unwrap_or(0);
-    let chosen: Vec<f64> = (0..signal.len()).map(|k| longest(k) as f64).collect();
-    blended(&chosen, &windows)
-}
+use core::ops::Range;
 
 /// A window is compared with so many shorter ones: by chance one of them may agree where a third does not, and all of them would
 /// let chance in the shortest, which are the noisiest, decide.
 const COMPARED: usize = 2;
 
-/// Where one of some shorter windows says something else than a window, by more than noise.
-fn contradicted(window: &Window, shorter: &[Window], noise: f64, count: usize) -> Vec<bool> {
-    let allowed = |other: &Window| {
-        let apart = window.response.iter().zip(&other.response).map(|(one, other)| (one - other).powi(2)).sum::<f64>();
-        constants::windows_apart() * noise * apart.sqrt()
-    };
-    let allowed: Vec<f64> = shorter.iter().map(allowed).collect();
-    let apart = |k: usize, other: &Window| (window.smoothed.value[k] - other.smoothed.value[k]).abs();
-    (0..count).map(|k| shorter.iter().zip(&allowed).any(|(other, allowed)| apart(k, other) > *allowed)).collect()
+/// The windows that samples choose from: the same for all pieces of a signal.
+pub(crate) struct Windows {
+    /// From the shortest to the longest.
+    reaches: Vec<Reach>,
+    /// For each window the standard deviation of its difference from each that it is compared with, in that of the signal's noise.
+    apart: Vec<Vec<f64>>,
+    /// So many samples near either end of a piece do not hold the longest window.
+    cut_off: usize,
+    /// Smooths a signal, given at some times, with one window throughout.
+    once: fn(&[f64], &[f64], Reach) -> Smoothed,
+}
+
+impl Windows {
+    /// Windows of at most `longest`, for samples that usually come every `interval_s`.
+    pub(crate) fn new(longest: Reach, interval_s: f64, once: fn(&[f64], &[f64], Reach) -> Smoothed) -> Self {
+        let cut_off = longest.samples(interval_s);
+        // Smoothed twice, one sample spreads over four times the reach.
+        let width = 8 * cut_off + 1;
+        let t_s: Vec<f64> = (0..width).map(|k| k as f64 * interval_s).collect();
+        let impulse: Vec<f64> = (0..width).map(|k| if k == width / 2 { 1.0 } else { 0.0 }).collect();
+        let reaches = from_the_shortest(longest, interval_s);
+        let responses: Vec<Vec<f64>> = reaches.iter().map(|reach| once(&t_s, &impulse, *reach).value).collect();
+        let apart = |(one, other): (&Vec<f64>, &Vec<f64>)| {
+            one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
+        };
+        let apart = (0..reaches.len())
+            .map(|place| responses[compared(place)].iter().map(|other| apart((&responses[place], other))).collect())
+            .collect();
+        Self { reaches, apart, cut_off, once }
+    }
+
+    /// Smooths one piece of a signal, given at some times, whose white noise has the standard deviation `noise`.
+    pub(crate) fn smooth(&self, t_s: &[f64], signal: &[f64], noise: f64) -> Smoothed {
+        let windows: Vec<Smoothed> = self.reaches.iter().map(|reach| (self.once)(t_s, signal, *reach)).collect();
+        let allowed = constants::windows_apart() * noise;
+        let contradicted = |k: usize, place: usize| {
+            let says = |window: &Smoothed| window.value[k];
+            let mut others = windows[compared(place)].iter().zip(&self.apart[place]);
+            others.any(|(other, apart)| (says(&windows[place]) - says(other)).abs() > allowed * apart)
+        };
+        // Near the ends windows are cut off, and short ones there are worse than what they are compared with.
+        let whole = self.cut_off..signal.len().saturating_sub(self.cut_off);
+        let agrees = |k: usize, place: usize| !whole.contains(&k) || !contradicted(k, place);
+        let chosen = |k: usize| (0..windows.len()).rev().find(|place| agrees(k, *place)).unwrap_or(0) as f64;
+        let chosen: Vec<f64> = (0..signal.len()).map(chosen).collect();
+        blended(&chosen, &windows)
+    }
+}
+
+/// The places of the windows that one is compared with: the next shorter ones.
+fn compared(place: usize) -> Range<usize> {
+    place.saturating_sub(COMPARED)..place
 }
 
 /// Windows from the shortest to the longest, each about twice as long as the one before.
@@ -72,7 +80,7 @@ fn from_the_shortest(longest: Reach, interval_s: f64) -> Vec<Reach> {
 
 /// The chosen windows, mixed over neighbouring samples: no step where one window follows another. Slopes are mixed as values are,
 /// so that a value with a multiple of its slope stays what one window makes of it.
-fn blended(chosen: &[f64], windows: &[Window]) -> Smoothed {
+fn blended(chosen: &[f64], windows: &[Smoothed]) -> Smoothed {
     let mut out = Smoothed::default();
     let reach = constants::window_blend();
     for k in 0..chosen.len() {
@@ -81,7 +89,7 @@ fn blended(chosen: &[f64], windows: &[Window]) -> Smoothed {
         let low = (place as usize).min(windows.len() - 1);
         let high = (low + 1).min(windows.len() - 1);
         let mixed = |of: fn(&Smoothed) -> &Vec<f64>| {
-            let [from, to] = [low, high].map(|place| of(&windows[place].smoothed)[k]);
+            let [from, to] = [low, high].map(|place| of(&windows[place])[k]);
             from + (to - from) * (place - low as f64)
         };
         out.value.push(mixed(|smoothed| &smoothed.value));
@@ -109,11 +117,11 @@ mod tests {
         let draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(7));
         let signal: Vec<f64> = truth.iter().zip(draws).map(|(x, e): (&f64, f64)| x + noise_pa * e).collect();
         let longest = Reach::new(9.0e-3, INTERVAL_S, 1);
-        let own = smooth((&t_s, &signal), noise_pa, (longest, INTERVAL_S), twice);
+        let own = Windows::new(longest, INTERVAL_S, twice).smooth(&t_s, &signal, noise_pa);
         let throughout = twice(&t_s, &signal, longest);
         [own, throughout].map(|smoothed| {
-            let rms = |mean: &dyn Fn(usize) -> bool| {
-                let squares = (0..4000).filter(|k| mean(*k)).map(|k| (smoothed.value[k] - truth[k]).powi(2));
+            let rms = |within: &dyn Fn(usize) -> bool| {
+                let squares = (0..4000).filter(|k| within(*k)).map(|k| (smoothed.value[k] - truth[k]).powi(2));
                 let squares: Vec<f64> = squares.collect();
                 (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
             };

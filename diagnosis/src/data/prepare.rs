@@ -1,14 +1,14 @@
 //! From the log's columns to a record: usable samples, uninterrupted stretches, the part held back, noise levels,
 //! smoothed signals, masks.
 
-use super::adaptive_window;
+use super::adaptive_window::Windows;
 use super::grid::{Between, refined};
 use super::masks;
 use super::noise::{self, ChannelNoise};
 use super::position_observer::{bandwidth_rad_per_s, force_noise_per_s2, observer_noise, pushed};
 use super::quality::Available;
 use super::record::Record;
-use super::smoothing::{Reach, Smoothed, parabola, twice};
+use super::smoothing::{Smoothed, parabola, twice};
 use super::split::{self, Stretch};
 use core::ops::Range;
 use rig_files::{Log, RigFile};
@@ -129,16 +129,17 @@ fn smooth(record: &mut Record) {
         out
     };
     // Where the signal asks for it, shorter windows: for values alone, as the noise of a slope grows with shorter ones by far more.
-    let adaptive = |signal: &[f64], noise: ChannelNoise, reach: Reach, once: fn(&[f64], &[f64], Reach) -> Smoothed| {
-        let window = (reach, interval_s);
-        smoothed(signal, &|t_s, signal| adaptive_window::smooth((t_s, signal), noise.standard_deviation, window, once))
+    let adaptive = |signal: &[f64], noise: ChannelNoise, windows: &Windows| {
+        smoothed(signal, &|t_s, signal| windows.smooth(t_s, signal, noise.standard_deviation))
     };
-    let (q, pressure, volume) = (&record.quality, record.pressure_reach(), record.volume_reach());
+    let volume = Windows::new(record.volume_reach(), interval_s, parabola);
+    let pressure = Windows::new(record.pressure_reach(), interval_s, twice);
+    let q = &record.quality;
     let motion = smoothed(&record.y_m, &|t_s, signal| parabola(t_s, signal, record.velocity_reach()));
-    let y = adaptive(&record.y_m, q.position, volume, parabola);
-    let p_a = adaptive(&record.p_a_pa, q.pressure_a, pressure, twice);
-    let p_b = adaptive(&record.p_b_pa, q.pressure_b, pressure, twice);
-    let p_sup = adaptive(&record.p_sup_pa, q.supply, volume, parabola);
+    let y = adaptive(&record.y_m, q.position, &volume);
+    let p_a = adaptive(&record.p_a_pa, q.pressure_a, &pressure);
+    let p_b = adaptive(&record.p_b_pa, q.pressure_b, &pressure);
+    let p_sup = adaptive(&record.p_sup_pa, q.supply, &volume);
     (record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth) =
         (y, motion, p_a, p_b, p_sup);
 }
