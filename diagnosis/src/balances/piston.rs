@@ -179,7 +179,8 @@ impl Prediction for Motion<'_> {
             self.piston = Piston::start(record, at_rest, plant, &next, k + 1);
             self.waits = measured_v.abs() < at_rest;
         } else {
-            self.piston.step(plant, &self.force.middle(&next), record.interval_s(k));
+            let mean = self.force.mean_to(&next, self.forces.bend_n(plant, self.first + k - self.stretch.start));
+            self.piston.step(plant, &mean, record.interval_s(k));
         }
         self.force = next;
     }
@@ -207,11 +208,12 @@ pub(super) struct Driving {
 }
 
 impl Driving {
-    fn middle(&self, other: &Self) -> Self {
+    /// The mean from here to the next instant, where the force's mean is so much more than that of a straight line.
+    fn mean_to(&self, next: &Self, bend_n: f64) -> Self {
         Self {
-            force_n: 0.5 * (self.force_n + other.force_n),
-            p_a_pa: 0.5 * (self.p_a_pa + other.p_a_pa),
-            p_b_pa: 0.5 * (self.p_b_pa + other.p_b_pa),
+            force_n: 0.5 * (self.force_n + next.force_n) + bend_n,
+            p_a_pa: 0.5 * (self.p_a_pa + next.p_a_pa),
+            p_b_pa: 0.5 * (self.p_b_pa + next.p_b_pa),
         }
     }
 }
@@ -239,8 +241,18 @@ impl Timing {
 pub(crate) struct Forces {
     p_a_pa: Vec<f64>,
     p_b_pa: Vec<f64>,
+    /// [`Record::bend_pa`] of both chambers.
+    bends_pa: Vec<[f64; 2]>,
     /// Empty if not measured.
     external_n: Vec<f64>,
+}
+
+impl Forces {
+    /// The bends of the pressures behind a place as a force, N.
+    fn bend_n(&self, plant: &Plant<f64>, place: usize) -> f64 {
+        let [a, b] = self.bends_pa[place];
+        a * plant.area_m2(Side::A) - b * plant.area_m2(Side::B)
+    }
 }
 
 /// The measured pressures with the sensor's lag undone, and the measured force, within some stretches.
@@ -250,6 +262,7 @@ pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) ->
     let mut out = Forces {
         p_a_pa: Vec::with_capacity(count),
         p_b_pa: Vec::with_capacity(count),
+        bends_pa: Vec::with_capacity(count),
         external_n: Vec::with_capacity(measured),
     };
     for stretch in stretches {
@@ -259,6 +272,7 @@ pub(crate) fn forces(record: &Record, timing: &Timing, stretches: &[Stretch]) ->
             let pressure = |smooth: &Smoothed| at(&smooth.value) + timing.pressure_lag_s * at(&smooth.slope);
             out.p_a_pa.push(pressure(&record.p_a_smooth));
             out.p_b_pa.push(pressure(&record.p_b_smooth));
+            out.bends_pa.push([Side::A, Side::B].map(|side| record.bend_pa(side, k)));
             if measured > 0 {
                 out.external_n.push(at(&record.f_ext_n));
             }
@@ -322,32 +336,43 @@ impl Piston {
     fn step(&mut self, plant: &Plant<f64>, drive: &Driving, dt: f64) {
         let c = plant.coefficients();
         let friction = plant.friction();
-        let way = self.v.abs() * dt;
-        // Whether the bristles hardly bend within the interval, whatever the sliding force.
-        let slow = way * c.stiffness <= constants::bend_step() * plant.least_friction_level_n();
-        if slow && friction.is_elastic(self.z, self.v) {
-            self.part(plant, drive, &friction.elastic_response(self.z, self.v), dt);
-            return;
+        let least_n = plant.least_friction_level_n();
+        // Whether the bristles hardly bend on some way, whatever the sliding force.
+        let hardly = |way: f64| way * c.stiffness <= constants::bend_step() * least_n;
+        let coasted = self.v.abs() * dt;
+        if hardly(coasted) && friction.is_elastic(self.z, self.v) {
+            let first = friction.elastic_response(self.z, self.v);
+            let pushed_n = (drive.force_n - first.force_n).abs();
+            // Elastic bristles stop what a force pushes, after an overshoot.
+            if hardly(coasted + (0.5 * pushed_n * dt * dt / c.mass_kg).min(2.0 * pushed_n / c.stiffness)) {
+                self.part(plant, drive, &first, dt);
+                return;
+            }
         }
-        if !slow && let Some(after) = self.slid(plant, drive, dt) {
+        if !hardly(coasted)
+            && let Some(after) = self.slid(plant, drive, dt)
+        {
             *self = after;
             return;
         }
         let mut level = plant.friction_level(&self.state(drive));
         let limit = level.force_n / c.stiffness;
         let respond = |piston: &Self, level: &Level<f64>| friction.respond(piston.z, piston.v, level);
+        let mut first = respond(self, &level);
         let bending = self.z * self.v.signum() < constants::fully_bent() * limit;
-        if !bending && let Some(after) = self.bent(plant, drive, &respond(self, &level), dt) {
+        if !bending && let Some(after) = self.bent(plant, drive, &first, dt) {
             *self = after;
             return;
         }
-        let bends = if bending { (way / (constants::bend_step() * limit)).ceil() } else { 1.0 };
-        let parts = bends.clamp(1.0, constants::most_parts());
+        // A light piston may turn round within an interval.
+        let way = coasted + 0.5 * (drive.force_n - first.force_n).abs() * dt * dt / c.mass_kg;
+        let parts = (way / (constants::bend_step() * limit)).ceil().clamp(1.0, constants::most_parts());
         for part in 0..parts as usize {
             if part > 0 {
                 level = plant.friction_level(&self.state(drive));
+                first = respond(self, &level);
             }
-            self.part(plant, drive, &respond(self, &level), dt / parts);
+            self.part(plant, drive, &first, dt / parts);
         }
     }
 
@@ -498,6 +523,26 @@ mod tests {
         for (k, ([y, v], [y_resolved, v_resolved])) in fast.iter().zip(&resolved).enumerate() {
             assert!((y - y_resolved).abs() < 1.0e-4, "{k}: {y} {y_resolved}");
             assert!((v - v_resolved).abs() < 5.0e-4, "{k}: {v} {v_resolved}");
+        }
+    }
+
+    #[test]
+    fn a_light_piston_that_turns_round_within_an_interval_does_what_resolved_bristles_do() {
+        let mut file = RigFile::paper_a();
+        file.rig.load.mass_kg = 1.4;
+        let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
+        let drive = Driving { force_n: 90.0, p_a_pa: 4.0e5, p_b_pa: 3.5e5 };
+        for v in [-0.05, -0.02, -0.005, 0.0] {
+            let level_n = plant.friction_level(&State { v_m_per_s: v, ..State::default() }).force_n;
+            let start = Piston { y: 0.0, v, z: -level_n / plant.coefficients().stiffness };
+            let mut resolved = Piston { ..start };
+            for _ in 0..1000 {
+                let first = plant.friction_at(&resolved.state(&drive));
+                resolved.part(&plant, &drive, &first, 2.0e-6);
+            }
+            let mut stepped = Piston { ..start };
+            stepped.step(&plant, &drive, 2.0e-3);
+            assert!((stepped.v - resolved.v).abs() < 1.0e-3, "{v}: {} {}", stepped.v, resolved.v);
         }
     }
 }

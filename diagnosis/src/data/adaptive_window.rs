@@ -20,12 +20,11 @@ pub(crate) struct Windows {
     apart: Vec<Vec<f64>>,
     /// So many samples near either end of a piece do not hold the longest window.
     cut_off: usize,
-    /// Smooths a signal, given at some times, with one window throughout.
-    once: fn(&[f64], &[f64], Reach) -> Smoothed,
 }
 
 impl Windows {
-    /// Windows of at most `longest`, for samples that usually come every `interval_s`.
+    /// Windows of at most `longest`, for samples that usually come every `interval_s`; `once` smooths a signal, given at some times,
+    /// with one window throughout.
     pub(crate) fn new(longest: Reach, interval_s: f64, once: fn(&[f64], &[f64], Reach) -> Smoothed) -> Self {
         let cut_off = longest.samples(interval_s);
         // Smoothed twice, one sample spreads over four times the reach.
@@ -40,12 +39,13 @@ impl Windows {
         let apart = (0..reaches.len())
             .map(|place| responses[compared(place)].iter().map(|other| apart((&responses[place], other))).collect())
             .collect();
-        Self { reaches, apart, cut_off, once }
+        Self { reaches, apart, cut_off }
     }
 
-    /// Smooths one piece of a signal, given at some times, whose white noise has the standard deviation `noise`.
-    pub(crate) fn smooth(&self, t_s: &[f64], signal: &[f64], noise: f64) -> Smoothed {
-        let windows: Vec<Smoothed> = self.reaches.iter().map(|reach| (self.once)(t_s, signal, *reach)).collect();
+    /// One piece of a signal, whose white noise has the standard deviation `noise`, from what each window makes of it throughout.
+    pub(crate) fn smooth(&self, noise: f64, throughout: impl Fn(Reach) -> Smoothed) -> Smoothed {
+        let windows: Vec<Smoothed> = self.reaches.iter().map(|reach| throughout(*reach)).collect();
+        let samples = windows[0].value.len();
         let allowed = constants::windows_apart() * noise;
         let contradicted = |k: usize, place: usize| {
             let says = |window: &Smoothed| window.value[k];
@@ -53,10 +53,10 @@ impl Windows {
             others.any(|(other, apart)| (says(&windows[place]) - says(other)).abs() > allowed * apart)
         };
         // Near the ends windows are cut off, and short ones there are worse than what they are compared with.
-        let whole = self.cut_off..signal.len().saturating_sub(self.cut_off);
+        let whole = self.cut_off..samples.saturating_sub(self.cut_off);
         let agrees = |k: usize, place: usize| !whole.contains(&k) || !contradicted(k, place);
         let chosen = |k: usize| (0..windows.len()).rev().find(|place| agrees(k, *place)).unwrap_or(0) as f64;
-        let chosen: Vec<f64> = (0..signal.len()).map(chosen).collect();
+        let chosen: Vec<f64> = (0..samples).map(chosen).collect();
         blended(&chosen, &windows)
     }
 }
@@ -117,7 +117,7 @@ mod tests {
         let draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(7));
         let signal: Vec<f64> = truth.iter().zip(draws).map(|(x, e): (&f64, f64)| x + noise_pa * e).collect();
         let longest = Reach::new(9.0e-3, INTERVAL_S, 1);
-        let own = Windows::new(longest, INTERVAL_S, twice).smooth(&t_s, &signal, noise_pa);
+        let own = Windows::new(longest, INTERVAL_S, twice).smooth(noise_pa, |reach| twice(&t_s, &signal, reach));
         let throughout = twice(&t_s, &signal, longest);
         [own, throughout].map(|smoothed| {
             let rms = |within: &dyn Fn(usize) -> bool| {

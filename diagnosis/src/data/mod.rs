@@ -1,6 +1,7 @@
 //! The log made ready: samples, stretches, noise, smoothing, masks.
 
 mod adaptive_window;
+mod chamber_pressure;
 pub(crate) mod channel;
 pub(crate) mod cleaned;
 pub(crate) mod grid;

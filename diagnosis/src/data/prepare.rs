@@ -2,6 +2,7 @@
 //! smoothed signals, masks.
 
 use super::adaptive_window::Windows;
+use super::chamber_pressure;
 use super::grid::{Between, refined};
 use super::masks;
 use super::noise::{self, ChannelNoise};
@@ -11,6 +12,7 @@ use super::record::Record;
 use super::smoothing::{Smoothed, parabola, twice};
 use super::split::{self, Stretch};
 use core::ops::Range;
+use plant_model::{Plant, Side};
 use rig_files::{Log, RigFile};
 
 /// Makes a log ready, for a rig as its file states it: rows as measured, nothing between them ([`refined`]).
@@ -61,7 +63,7 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
         let parts: Vec<Vec<f64>> = record.stretches.iter().flat_map(live).collect();
         record.quality.position = noise::estimate(parts.iter().map(Vec::as_slice));
     }
-    smooth(&mut record);
+    smooth(&mut record, Plant::new(&rig.rig, &rig.effects).ok().as_ref());
     record.valve_known_s = masks::valve_known_s(&record);
     let force_noise_per_s2 = force_noise_per_s2(&record.quality, rig);
     record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, force_noise_per_s2);
@@ -74,8 +76,13 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record
 }
 
-/// A part of a recording, from one row to another, with other positions and chamber pressures in its rows.
-pub(crate) fn replaced(record: &Record, range: Range<usize>, [y_m, p_a_pa, p_b_pa]: [Vec<f64>; 3]) -> Record {
+/// A part of a recording, from one row to another, with other positions and chamber pressures in its rows, those of a plant.
+pub(crate) fn replaced(
+    record: &Record,
+    range: Range<usize>,
+    [y_m, p_a_pa, p_b_pa]: [Vec<f64>; 3],
+    plant: &Plant<f64>,
+) -> Record {
     let rows = record.rows_in(range.clone());
     let mut out = Record {
         t_s: rows.iter().map(|k| record.t_s[*k]).collect(),
@@ -90,7 +97,7 @@ pub(crate) fn replaced(record: &Record, range: Range<usize>, [y_m, p_a_pa, p_b_p
         observer_noise: record.observer_noise,
         ..Record::default()
     };
-    smooth(&mut out);
+    smooth(&mut out, Some(plant));
     let part = |signal: &[f64]| if signal.is_empty() { Vec::new() } else { signal[range.clone()].to_vec() };
     Record {
         u_v: part(&record.u_v),
@@ -115,31 +122,46 @@ fn estimate_noise(record: &mut Record) {
         (position, pressure_a, pressure_b, supply);
 }
 
-fn smooth(record: &mut Record) {
+/// Smooths all signals; chamber pressures with the motion of the `plant`'s piston taken out.
+fn smooth(record: &mut Record, plant: Option<&Plant<f64>>) {
     // Smoothing never reaches across an interruption or into the part held back.
     let pieces = split::pieces(&record.stretches, record.t_s.len());
     let interval_s = record.quality.interval_s;
-    let smoothed = |signal: &[f64], by: &dyn Fn(&[f64], &[f64]) -> Smoothed| {
+    let smoothed = |signal: &[f64], by: &dyn Fn(Range<usize>) -> Smoothed| {
         let mut out = Smoothed::default();
         for piece in pieces.iter().filter(|_| !signal.is_empty()) {
-            let part = by(&record.t_s[piece.clone()], &signal[piece.clone()]);
+            let part = by(piece.clone());
             out.value.extend(part.value);
             out.slope.extend(part.slope);
         }
         out
     };
+    let t_s = |piece: &Range<usize>| &record.t_s[piece.clone()];
     // Where the signal asks for it, shorter windows: for values alone, as the noise of a slope grows with shorter ones by far more.
-    let adaptive = |signal: &[f64], noise: ChannelNoise, windows: &Windows| {
-        smoothed(signal, &|t_s, signal| windows.smooth(t_s, signal, noise.standard_deviation))
+    let volumes = Windows::new(record.volume_reach(), interval_s, parabola);
+    let pressures = Windows::new(record.pressure_reach(), interval_s, twice);
+    let slow = |signal: &[f64], noise: ChannelNoise| {
+        smoothed(signal, &|piece| {
+            let once = |reach| parabola(t_s(&piece), &signal[piece.clone()], reach);
+            volumes.smooth(noise.standard_deviation, once)
+        })
     };
-    let volume = Windows::new(record.volume_reach(), interval_s, parabola);
-    let pressure = Windows::new(record.pressure_reach(), interval_s, twice);
-    let q = &record.quality;
-    let motion = smoothed(&record.y_m, &|t_s, signal| parabola(t_s, signal, record.velocity_reach()));
-    let y = adaptive(&record.y_m, q.position, &volume);
-    let p_a = adaptive(&record.p_a_pa, q.pressure_a, &pressure);
-    let p_b = adaptive(&record.p_b_pa, q.pressure_b, &pressure);
-    let p_sup = adaptive(&record.p_sup_pa, q.supply, &volume);
+    let chamber = |side: Side| {
+        let (p_pa, noise_pa) = (record.chamber(side).p_pa, record.chamber(side).noise_pa);
+        smoothed(p_pa, &|piece| {
+            pressures.smooth(noise_pa, |reach| match plant {
+                Some(plant) => {
+                    let signals = [p_pa, &record.y_m].map(|signal| &signal[piece.clone()]);
+                    chamber_pressure::smoothed((plant, side), t_s(&piece), signals, reach)
+                }
+                None => twice(t_s(&piece), &p_pa[piece.clone()], reach),
+            })
+        })
+    };
+    let velocity = |piece: Range<usize>| parabola(t_s(&piece), &record.y_m[piece.clone()], record.velocity_reach());
+    let motion = smoothed(&record.y_m, &velocity);
+    let (y, p_sup) = (slow(&record.y_m, record.quality.position), slow(&record.p_sup_pa, record.quality.supply));
+    let (p_a, p_b) = (chamber(Side::A), chamber(Side::B));
     (record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth) =
         (y, motion, p_a, p_b, p_sup);
 }

@@ -53,6 +53,10 @@ pub(crate) struct Record {
     pub(crate) motion: Smoothed,
     pub(crate) p_a_smooth: Smoothed,
     pub(crate) p_b_smooth: Smoothed,
+    /// Mean of p_a from each entry to the next less that of a straight line between them, Pa; or empty.
+    pub(crate) bend_a_pa: Vec<f64>,
+    /// The same for p_b.
+    pub(crate) bend_b_pa: Vec<f64>,
     /// Where the lower and the upper end stop read, m, if the piston leans on them.
     pub(crate) end_stops_m: [Option<f64>; 2],
     /// Whether the piston may touch an end stop, or a sensor its limit: there the force balance is open.
@@ -113,6 +117,12 @@ impl Record {
                 doubt_pa: &self.doubt_b_pa,
             },
         }
+    }
+
+    /// Mean of a chamber's pressure from entry `k` to the next less that of a straight line between them, Pa; 0 where not known.
+    pub(crate) fn bend_pa(&self, side: Side, k: usize) -> f64 {
+        let bends = if side == Side::A { &self.bend_a_pa } else { &self.bend_b_pa };
+        bends.get(k).copied().unwrap_or(0.0)
     }
 
     /// Number of usable samples.

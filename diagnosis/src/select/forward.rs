@@ -2,6 +2,7 @@
 //! all of it.
 
 use super::initial_values::initial_values;
+use super::nominal_fit::begun_by_momentum;
 use super::penalty::{cost_before_pruning, required_gain, wide_open};
 use super::ripple_spectrum::wavelengths;
 use super::visibility::candidates;
@@ -261,7 +262,18 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
                     if effects::moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
                 problem.refit(fit.hypothesis, channels, on_all_data)
             };
-            ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
+            let cheaper = |a: &Fit, b: &Fit| a.cost(problem).total_cmp(&b.cost(problem));
+            // Mechanics that were strained without the effect may hold its fit in another valley of the sticking piston.
+            let sliding = || {
+                let channels = effects::channels(*effect);
+                let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, true);
+                let fit = begun_by_momentum(&scoring.subset, extended, channels, constants::first_iterations())?;
+                problem.evaluate_as_is(fit.hypothesis)
+            };
+            let sticks = strained & effects::channels(*effect) & Channel::Position.bit() != 0
+                && !effect.identification().starts_form_a_grid;
+            let ways = ways.par_iter().filter_map(begin).min_by(cheaper);
+            ways.into_iter().chain(if sticks { sliding() } else { None }).min_by(cheaper)
         })
         .collect();
     begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));

@@ -2,7 +2,7 @@
 
 use crate::balances::observers::Mechanics;
 use crate::constants;
-use crate::data::channel::Channel;
+use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
@@ -35,9 +35,19 @@ fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
     let mut anew = fit.hypothesis.clone();
     let mechanics = anew.parameters.iter().zip(&mut anew.values).filter(|(p, _)| p.channels == position);
     mechanics.for_each(|(p, value)| *value = p.neutral);
-    let begun = problem.judging(Mechanics::Momentum).refit(anew, position, constants::iterations())?;
-    let fit = problem.refit(best_breakaway(problem, begun.hypothesis), position, constants::iterations())?;
+    let fit = begun_by_momentum(problem, anew, position, constants::iterations())?;
     problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
+}
+
+/// A fit that begins by the momentum of a sliding piston, after something `changed` in some channels.
+pub(super) fn begun_by_momentum(
+    problem: &Problem<'_>,
+    hypothesis: Hypothesis,
+    changed: Channels,
+    iterations: usize,
+) -> Option<Fit> {
+    let begun = problem.judging(Mechanics::Momentum).refit(hypothesis, changed, iterations)?;
+    problem.refit(best_breakaway(problem, begun.hypothesis), changed, iterations)
 }
 
 /// The same with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one

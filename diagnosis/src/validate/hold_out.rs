@@ -252,7 +252,7 @@ fn as_if(record: &Record, model: &Model, history: &Commands<'_>, range: Range<us
         let inputs = inputs(record, model, k);
         simulator.advance_with(&Inputs { u_v: inputs.u_v + unknown_v, ..inputs }, record.interval_s(k));
     }
-    prepare::replaced(record, range, signals)
+    prepare::replaced(record, range, signals, &model.plant)
 }
 
 /// The state at a sample, as far as the sensors determine it; smoothed over samples on both sides of it.
