@@ -126,10 +126,10 @@ fn jumps(signal: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::balances::simulated::simulated;
+    use crate::balances::simulated::{every_other, simulated};
     use crate::data::grid::{Between, refined};
     use crate::data::prepare::prepare;
-    use rig_files::{Log, RigFile};
+    use rig_files::RigFile;
 
     #[test]
     fn a_ramp_has_no_jumps_and_a_step_is_one() {
@@ -143,18 +143,8 @@ mod tests {
         // A command for two milliseconds each, and a row of the log when it changes.
         let staircase = |t_s: f64| (60.0 * (0.5 * t_s * 1.0e3 + 1.0e-6).floor() * 2.0e-3).sin();
         let fine = simulated(&file, &file.effects, 4001, staircase);
-        let rows = |signal: &[f64]| signal.iter().copied().step_by(2).collect::<Vec<f64>>();
-        let column = |signal: &Option<Vec<f64>>| signal.as_deref().map(rows);
-        let log = Log {
-            t_s: rows(&fine.t_s),
-            y_m: rows(&fine.y_m),
-            u_v: column(&fine.u_v),
-            p_a_pa: column(&fine.p_a_pa),
-            p_b_pa: column(&fine.p_b_pa),
-            ..Log::default()
-        };
         let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
-        let mut record = refined(prepare(&log, &file), Between::Held);
+        let mut record = refined(prepare(&every_other(&fine), &file), Between::Held);
         follow_the_flow(&mut record, &plant);
         for (side, p_pa) in [(Side::A, &fine.p_a_pa), (Side::B, &fine.p_b_pa)] {
             let p_pa = p_pa.as_ref().expect("simulated");

@@ -488,6 +488,10 @@ pub(crate) fn moves(record: &Record) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::balances::between::follow_the_flow;
+    use crate::balances::simulated::{every_other, simulated};
+    use crate::data::grid::{Between, refined};
+    use crate::data::prepare::prepare;
     use plant_model::Effect;
     use rig_files::RigFile;
 
@@ -544,5 +548,32 @@ mod tests {
             stepped.step(&plant, &drive, 2.0e-3);
             assert!((stepped.v - resolved.v).abs() < 1.0e-3, "{v}: {} {}", stepped.v, resolved.v);
         }
+    }
+
+    #[test]
+    fn the_mass_that_predicts_best_is_the_true_one_to_a_percent_in_rows_of_2_ms() {
+        let mut file = RigFile::paper_c();
+        file.rig.load.mass_kg = 1.0;
+        let multisine = |t_s: f64| {
+            // A command for two milliseconds each, and a row of the log when it changes.
+            let held_s = (0.5e3 * t_s + 1.0e-6).floor() * 2.0e-3;
+            [9.0, 31.0, 57.0, 88.0].iter().map(|w: &f64| 0.4 * (w * held_s + w).sin()).sum()
+        };
+        let fine = simulated(&file, &file.effects, 8001, multisine);
+        let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
+        let mut record = refined(prepare(&every_other(&fine), &file), Between::Held);
+        follow_the_flow(&mut record, &plant);
+        let cost = |scale: f64| {
+            let mut file = file.clone();
+            file.rig.load.mass_kg *= scale;
+            let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
+            let forces = forces(&record, &Timing::of(&plant), &record.stretches);
+            let errors = innovations(&record, &plant, &forces, &[], &record.stretches);
+            errors.iter().filter(|e| !e.is_nan()).map(|e| e * e).sum::<f64>()
+        };
+        let best = (-80..=80).map(|k| 1.0 + 5.0e-4 * f64::from(k)).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
+        let best = best.expect("many masses");
+        // 0.9 % too small; 2.3 % where pressures go straight from row to row and are smoothed with the piston's motion in them.
+        assert!((best - 1.0).abs() < 1.1e-2, "{best}");
     }
 }

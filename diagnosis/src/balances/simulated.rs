@@ -19,3 +19,17 @@ pub(crate) fn simulated(file: &RigFile, effects: &Effects<f64>, rows: u32, comma
     }
     log
 }
+
+/// The first row of a log, the third, and so on.
+pub(crate) fn every_other(log: &Log) -> Log {
+    let rows = |signal: &[f64]| signal.iter().copied().step_by(2).collect::<Vec<f64>>();
+    let column = |signal: &Option<Vec<f64>>| signal.as_deref().map(rows);
+    Log {
+        t_s: rows(&log.t_s),
+        y_m: rows(&log.y_m),
+        u_v: column(&log.u_v),
+        p_a_pa: column(&log.p_a_pa),
+        p_b_pa: column(&log.p_b_pa),
+        ..Log::default()
+    }
+}
