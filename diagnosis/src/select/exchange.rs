@@ -2,7 +2,7 @@
 
 use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
-use super::image::{companion, image};
+use super::image::{companion, image, nearest};
 use super::penalty::{cost_before_pruning, near_noise, open, out_of_reach, penalised_cost};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -10,6 +10,7 @@ use crate::model::effects;
 use crate::model::parameter::Slot;
 use plant_model::Effect;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// The alternatives to a cause: the fit without it, and that fit's best extensions by another effect.
 pub(crate) struct Alternatives {
@@ -23,12 +24,13 @@ fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit,
     let wanted = Wanted { acting: effects::channels(effect), most: constants::alternatives() };
     let mut instead = extensions(problem, &without, &wanted, memory);
     fit_alike(problem, best, effect, &mut instead, memory);
-    if let Some(image_fit) = fit_image(problem, best, effect) {
+    let nearest = fit_nearest(problem, best, effect, &instead);
+    for other in nearest.into_iter().chain(fit_image(problem, best, effect)) {
         let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
-        instead.retain(|fit| last(fit) != last(&image_fit) || fit.cost(problem) < image_fit.cost(problem));
-        if !instead.iter().any(|fit| last(fit) == last(&image_fit)) {
-            memory.note(&image_fit);
-            instead.push(image_fit);
+        instead.retain(|fit| last(fit) != last(&other) || fit.cost(problem) < other.cost(problem));
+        if !instead.iter().any(|fit| last(fit) == last(&other)) {
+            memory.note(&other);
+            instead.push(other);
         }
     }
     Alternatives { without, instead, searched: true }
@@ -56,6 +58,21 @@ fn fit_alike(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &mut [F
     };
     instead.par_iter_mut().filter(|fit| alike(fit)).for_each(finish);
     instead.iter().filter(|fit| alike(fit)).for_each(|fit| memory.note(fit));
+}
+
+/// What a cause may be confused with, begun where it comes nearest to the cause ([`nearest`]); not what fits nearly as well already.
+fn fit_nearest(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &[Fit]) -> Vec<Fit> {
+    let as_good = best.cost(problem) + constants::tie();
+    let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
+    let known = |other: &Effect| instead.iter().any(|fit| last(fit) == Some(*other) && fit.cost(problem) < as_good);
+    let alike = effect.confused_with().map(|(other, _)| other).chain(instead.iter().filter_map(last));
+    let others: BTreeSet<Effect> = alike.filter(|other| !known(other)).collect();
+    let begun = |other: &Effect| {
+        let hypothesis = nearest(problem, best, effect, *other)?;
+        let changed = effects::channels(effect) | effects::channels(*other);
+        problem.fit_and_search(hypothesis, changed, constants::iterations(), best.cost(problem))
+    };
+    others.par_iter().filter_map(begun).collect()
 }
 
 /// The fit with a cause replaced by its image, see [`super::image`]; `None` if it has none.
