@@ -55,6 +55,9 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
 fn bends(record: &Record, (plant, openings): (&Plant<f64>, &opening::Openings), side: Side) -> Vec<f64> {
     let slopes = &record.chamber(side).smooth.slope;
     let opening = openings.of(side);
+    if record.is_vented(side) {
+        return Vec::new();
+    }
     let kink = |k: usize| {
         let by = |opening: f64| pa_per_s(record, plant, (side, k), opening);
         k.checked_sub(1).and_then(|before| Some(by(opening[k])? - by(opening[before])?)).unwrap_or(0.0)
@@ -75,6 +78,9 @@ fn interpolate(record: &mut Record, plant: &Plant<f64>, openings: &opening::Open
     }
     // `None` where pressure, position or command is not in the log: then it stays a plain spline, or nothing.
     let through = |side: Side| -> Option<Smoothed> {
+        if record.is_vented(side) {
+            return None;
+        }
         let pressure = &record.chamber(side).smooth.value;
         let rate = |k: usize| pa_per_s(record, plant, (side, k), *openings.of(side).get(k)?);
         let rates: Vec<f64> = (0..record.len()).map(rate).collect::<Option<_>>()?;

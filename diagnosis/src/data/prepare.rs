@@ -149,7 +149,7 @@ fn smooth(record: &mut Record, plant: Option<&Plant<f64>>) {
     let chamber = |side: Side| {
         let (p_pa, noise_pa) = (record.chamber(side).p_pa, record.chamber(side).noise_pa);
         smoothed(p_pa, &|piece| {
-            pressures.smooth(noise_pa, |reach| match plant {
+            pressures.smooth(noise_pa, |reach| match plant.filter(|_| !record.is_vented(side)) {
                 Some(plant) => {
                     let signals = [p_pa, &record.y_m].map(|signal| &signal[piece.clone()]);
                     chamber_pressure::smoothed((plant, side), t_s(&piece), signals, reach)

@@ -125,6 +125,11 @@ impl Record {
         bends.get(k).copied().unwrap_or(0.0)
     }
 
+    /// Whether a chamber stands open to the atmosphere: its pressure is constant whatever valve and piston do.
+    pub(crate) fn is_vented(&self, side: Side) -> bool {
+        side == Side::B && self.available.vented_b
+    }
+
     /// Number of usable samples.
     pub(crate) fn len(&self) -> usize {
         self.t_s.len()

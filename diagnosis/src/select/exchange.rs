@@ -4,6 +4,7 @@ use super::backward::{Pruned, prune};
 use super::forward::{Memory, Wanted, extensions};
 use super::image::{companion, image, nearest};
 use super::penalty::{cost_before_pruning, near_noise, open, out_of_reach, penalised_cost};
+use super::visibility::candidates;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
@@ -66,7 +67,8 @@ fn fit_nearest(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &[Fit
     let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
     let known = |other: &Effect| instead.iter().any(|fit| last(fit) == Some(*other) && fit.cost(problem) < as_good);
     let alike = effect.confused_with().map(|(other, _)| other).chain(instead.iter().filter_map(last));
-    let others: BTreeSet<Effect> = alike.filter(|other| !known(other)).collect();
+    let candidates = candidates(problem);
+    let others: BTreeSet<Effect> = alike.filter(|other| candidates.contains(other) && !known(other)).collect();
     let begun = |other: &Effect| {
         let hypothesis = nearest(problem, best, effect, *other)?;
         let changed = effects::channels(effect) | effects::channels(*other);

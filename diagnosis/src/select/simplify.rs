@@ -144,9 +144,11 @@ mod tests {
         });
         let both = problem.fit(both, constants::iterations()).expect("a rig that can be simulated");
         let mut memory = Memory::default();
-        let found = exchange(&problem, Pruned::as_it_is(&problem, both), &mut memory);
-        assert_eq!(found.0.hypothesis.effects.len(), 2);
-        let (one, alternatives) = one_of_each_tie(&problem, &null, found, &mut memory);
+        let Pruned { fit: both, without } = Pruned::as_it_is(&problem, both);
+        assert_eq!(both.hypothesis.effects.len(), 2);
+        let not_exchanged = |without: Fit| Alternatives { without, instead: Vec::new(), searched: true };
+        let found = without.into_iter().map(|without| without.map(not_exchanged)).collect();
+        let (one, alternatives) = one_of_each_tie(&problem, &null, (both, found), &mut memory);
         let [effect] = one.hypothesis.effects[..] else { panic!("{:?}", one.hypothesis.effects) };
         let (value, stated) = match effect {
             Effect::FrictionAsymmetry => (one.hypothesis.values_of(effect)[0], 0.3),
