@@ -30,6 +30,14 @@ pub(super) fn smoothed(
     Smoothed { value, slope }
 }
 
+/// How much the piston's way changes the pressure of a chamber at its usual pressure and place, Pa/m.
+pub(super) fn pa_per_m((plant, side): (&Plant<f64>, Side), p_pa: &[f64], y_m: &[f64]) -> f64 {
+    let mean = |signal: &[f64]| signal.iter().sum::<f64>() / signal.len().max(1) as f64;
+    let (a, b) = plant.volumes_m3(plant.true_position_m(mean(y_m)));
+    let volume_m3 = if side == Side::A { a } else { b };
+    plant.coefficients().exponent * mean(p_pa) * plant.area_m2(side) / volume_m3
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -148,8 +148,14 @@ fn smooth(record: &mut Record, plant: Option<&Plant<f64>>) {
     };
     let chamber = |side: Side| {
         let (p_pa, noise_pa) = (record.chamber(side).p_pa, record.chamber(side).noise_pa);
+        // The position's noise as a pressure must stay below the sensor's own.
+        let by_position_pa = |plant: &Plant<f64>| {
+            chamber_pressure::pa_per_m((plant, side), p_pa, &record.y_m) * record.quality.position.standard_deviation
+        };
+        let quiet = |plant: &Plant<f64>| by_position_pa(plant) < 0.5 * noise_pa;
+        let tells_compression = !p_pa.is_empty() && !record.is_vented(side) && plant.is_some_and(quiet);
         smoothed(p_pa, &|piece| {
-            pressures.smooth(noise_pa, |reach| match plant.filter(|_| !record.is_vented(side)) {
+            pressures.smooth(noise_pa, |reach| match plant.filter(|_| tells_compression) {
                 Some(plant) => {
                     let signals = [p_pa, &record.y_m].map(|signal| &signal[piece.clone()]);
                     chamber_pressure::smoothed((plant, side), t_s(&piece), signals, reach)
