@@ -192,6 +192,9 @@ constants! {
         window_blend: usize = 3, "samples",
             "Over so many samples on either side the choice of windows is averaged.",
             "seven samples: no step between windows";
+        position_noise_in_pressure: f64 = 0.5, "of the sensor's",
+            "What the piston's motion makes of a pressure is taken out where the position's noise, as a pressure, is less than this.",
+            "it adds a quarter to the power of the noise at most, before smoothing; with more an opening's smoothness of 0.8 was told as 0.34";
         least_reach: usize = 1, "samples",
             "Half a window holds no fewer samples: a parabola through three of them passes all noise and all motion.",
             "fewer have no slope";

@@ -53,19 +53,20 @@ pub(crate) fn follow_the_flow(record: &mut Record, plant: &Plant<f64>) {
 /// A step of the command bends the pressure at an entry, not behind it. A slope there is that behind the step where pressures were
 /// interpolated, and else a central difference, which sees half of the step.
 fn bends(record: &Record, (plant, openings): (&Plant<f64>, &opening::Openings), side: Side) -> Vec<f64> {
-    let slopes = &record.chamber(side).smooth.slope;
-    let opening = openings.of(side);
     if record.is_vented(side) {
         return Vec::new();
     }
+    let slopes = &record.chamber(side).smooth.slope;
+    let opening = openings.of(side);
     let kink = |k: usize| {
         let by = |opening: f64| pa_per_s(record, plant, (side, k), opening);
         k.checked_sub(1).and_then(|before| Some(by(opening[k])? - by(opening[before])?)).unwrap_or(0.0)
     };
+    let kinks: Vec<f64> = (0..slopes.len()).map(kink).collect();
     let seen = if record.is_interpolated() { 1.0 } else { 0.5 };
     let of = |k: usize| {
-        let next = slopes.get(k + 1).map(|slope| slope - seen * kink(k + 1));
-        next.map_or(0.0, |next| record.interval_s(k) / 12.0 * (slopes[k] + (1.0 - seen) * kink(k) - next))
+        let next = slopes.get(k + 1).map(|slope| slope - seen * kinks[k + 1]);
+        next.map_or(0.0, |next| record.interval_s(k) / 12.0 * (slopes[k] + (1.0 - seen) * kinks[k] - next))
     };
     (0..slopes.len()).map(of).collect()
 }

@@ -493,6 +493,9 @@ mod tests {
     use crate::data::grid::{Between, refined};
     use crate::data::prepare::prepare;
     use plant_model::Effect;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand_distr::{Distribution, StandardNormal};
     use rig_files::RigFile;
 
     /// A stroke of 0.6 s against friction that ripples, driven by a force that turns round.
@@ -559,9 +562,15 @@ mod tests {
             let held_s = (0.5e3 * t_s + 1.0e-6).floor() * 2.0e-3;
             [9.0, 31.0, 57.0, 88.0].iter().map(|w: &f64| 0.4 * (w * held_s + w).sin()).sum()
         };
-        let fine = simulated(&file, &file.effects, 8001, multisine);
+        let mut log = every_other(&simulated(&file, &file.effects, 8001, multisine));
+        let mut draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(5));
+        let mut noisy = |signal: &mut Vec<f64>, noise: f64| {
+            signal.iter_mut().zip(&mut draws).for_each(|(x, e): (&mut f64, f64)| *x += noise * e);
+        };
+        noisy(&mut log.y_m, 2.0e-6);
+        [&mut log.p_a_pa, &mut log.p_b_pa].into_iter().flatten().for_each(|p_pa| noisy(p_pa, 60.0));
         let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
-        let mut record = refined(prepare(&every_other(&fine), &file), Between::Held);
+        let mut record = refined(prepare(&log, &file), Between::Held);
         follow_the_flow(&mut record, &plant);
         let cost = |scale: f64| {
             let mut file = file.clone();
@@ -573,7 +582,8 @@ mod tests {
         };
         let best = (-80..=80).map(|k| 1.0 + 5.0e-4 * f64::from(k)).min_by(|a, b| cost(*a).total_cmp(&cost(*b)));
         let best = best.expect("many masses");
-        // 0.9 % too small; 2.3 % where pressures go straight from row to row and are smoothed with the piston's motion in them.
+        // 1.1 % too small; 2.1 % where pressures go straight from row to row or are smoothed with the piston's motion in them, 3.1 %
+        // where both.
         assert!((best - 1.0).abs() < 1.1e-2, "{best}");
     }
 }

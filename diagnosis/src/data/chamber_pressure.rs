@@ -18,10 +18,7 @@ pub(super) fn smoothed(
     reach: Reach,
 ) -> Smoothed {
     let exponent = plant.coefficients().exponent;
-    let growth = |shown_m: &f64| {
-        let (a, b) = plant.volumes_m3(plant.true_position_m(*shown_m));
-        if side == Side::A { a } else { b }.powf(exponent)
-    };
+    let growth = |shown_m: &f64| volume_m3((plant, side), *shown_m).powf(exponent);
     let growths: Vec<f64> = twice(t_s, y_m, reach).value.iter().map(growth).collect();
     let constant: Vec<f64> = p_pa.iter().zip(&growths).map(|(p, growth)| p * growth).collect();
     let value: Vec<f64> =
@@ -33,9 +30,12 @@ pub(super) fn smoothed(
 /// How much the piston's way changes the pressure of a chamber at its usual pressure and place, Pa/m.
 pub(super) fn pa_per_m((plant, side): (&Plant<f64>, Side), p_pa: &[f64], y_m: &[f64]) -> f64 {
     let mean = |signal: &[f64]| signal.iter().sum::<f64>() / signal.len().max(1) as f64;
-    let (a, b) = plant.volumes_m3(plant.true_position_m(mean(y_m)));
-    let volume_m3 = if side == Side::A { a } else { b };
-    plant.coefficients().exponent * mean(p_pa) * plant.area_m2(side) / volume_m3
+    plant.coefficients().exponent * mean(p_pa) * plant.area_m2(side) / volume_m3((plant, side), mean(y_m))
+}
+
+fn volume_m3((plant, side): (&Plant<f64>, Side), shown_m: f64) -> f64 {
+    let (a, b) = plant.volumes_m3(plant.true_position_m(shown_m));
+    if side == Side::A { a } else { b }
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use super::quality::Available;
 use super::record::Record;
 use super::smoothing::{Smoothed, parabola, twice};
 use super::split::{self, Stretch};
+use crate::constants;
 use core::ops::Range;
 use plant_model::{Plant, Side};
 use rig_files::{Log, RigFile};
@@ -148,11 +149,10 @@ fn smooth(record: &mut Record, plant: Option<&Plant<f64>>) {
     };
     let chamber = |side: Side| {
         let (p_pa, noise_pa) = (record.chamber(side).p_pa, record.chamber(side).noise_pa);
-        // The position's noise as a pressure must stay below the sensor's own.
         let by_position_pa = |plant: &Plant<f64>| {
             chamber_pressure::pa_per_m((plant, side), p_pa, &record.y_m) * record.quality.position.standard_deviation
         };
-        let quiet = |plant: &Plant<f64>| by_position_pa(plant) < 0.5 * noise_pa;
+        let quiet = |plant: &Plant<f64>| by_position_pa(plant) < constants::position_noise_in_pressure() * noise_pa;
         let tells_compression = !p_pa.is_empty() && !record.is_vented(side) && plant.is_some_and(quiet);
         smoothed(p_pa, &|piece| {
             pressures.smooth(noise_pa, |reach| match plant.filter(|_| tells_compression) {
