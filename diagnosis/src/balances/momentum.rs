@@ -1,7 +1,8 @@
 //! The force balance as an equation error, `m dv = F dt` over windows of sliding: smooth in all parameters, and blind to breakaways.
 
+use super::force::{Forces, Timing, added_at, driving};
 use super::judged::judged;
-use super::piston::{Forces, Timing, added_at, at_rest_m_per_s, driving};
+use super::piston::at_rest_m_per_s;
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, samples};
@@ -88,7 +89,7 @@ pub(crate) fn momentum(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::balances::piston::forces;
+    use crate::balances::force::forces;
     use crate::balances::simulated::simulated;
     use crate::data::prepare::prepare;
     use rig_files::RigFile;

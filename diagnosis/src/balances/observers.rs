@@ -5,7 +5,7 @@ use super::compression::{Geometry, Stroke, compression};
 use super::correction::{Correction, correction};
 use super::linearised::{Linearised, SIDE_BY_SIDE};
 use super::shared::Signals;
-use super::{chamber, momentum, opening, piston, supply, valve};
+use super::{chamber, force, momentum, motion, opening, supply, valve};
 use crate::data::channel::{Channel, Channels};
 use crate::data::record::Record;
 use crate::data::split::Stretch;
@@ -23,7 +23,7 @@ pub(crate) fn judgeable(record: &Record) -> Channels {
     if has.command && has.pressure_b && !has.vented_b {
         channels |= Channel::PressureB.bit();
     }
-    if has.pressure_a && has.pressure_b && piston::moves(record) {
+    if has.pressure_a && has.pressure_b && motion::moves(record) {
         channels |= Channel::Position.bit();
     }
     if has.supply && has.command && has.pressure_a && has.pressure_b {
@@ -61,11 +61,11 @@ pub(crate) fn innovations(
     wanted: Channels,
     mechanics: Mechanics,
 ) -> Innovations {
-    let force = || {
-        let timing = piston::Timing::of(plant);
-        let forces = signals.forces.of((timing, stretches.to_vec()), || piston::forces(record, &timing, stretches));
+    let mechanical = || {
+        let timing = force::Timing::of(plant);
+        let forces = signals.forces.of((timing, stretches.to_vec()), || force::forces(record, &timing, stretches));
         let judged = match mechanics {
-            Mechanics::Predicted => piston::innovations,
+            Mechanics::Predicted => motion::innovations,
             Mechanics::Momentum => momentum::momentum,
         };
         judged(record, plant, &forces, &added.force_n, stretches)
@@ -75,7 +75,7 @@ pub(crate) fn innovations(
     if wanted & Channel::Position.bit() == 0 {
         return air();
     }
-    let (mut out, errors) = rayon::join(air, force);
+    let (mut out, errors) = rayon::join(air, mechanical);
     out.channels[Channel::Position as usize] = errors;
     out
 }

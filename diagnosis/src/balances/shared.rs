@@ -3,8 +3,8 @@
 
 use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
+use super::force::{Forces, Timing};
 use super::opening::{Openings, Path};
-use super::piston::{Forces, Timing};
 use super::valve::{Places, Travel};
 use crate::data::split::Stretch;
 use plant_model::Side;

@@ -1,7 +1,7 @@
 //! What single columns lose: values that stand still, readings at a limit, rows too far apart, a piston that hardly moves.
 
 use super::{Flaw, Weight};
-use crate::balances::piston;
+use crate::balances::motion;
 use crate::constants;
 use crate::data::hum::Hum;
 use crate::data::outliers::Outlier;
@@ -107,7 +107,7 @@ pub(crate) fn losses(rig: &RigFile, log: &Log, rows: &Record) -> Vec<Flaw> {
             "record 10 s or more",
         ));
     }
-    if !piston::moves(rows) {
+    if !motion::moves(rows) {
         out.push(loss(
             "the piston hardly moves: mechanics are not judged".into(),
             "record strokes both ways, best the sequence of `plant-sim experiment`",
