@@ -11,6 +11,7 @@ pub(crate) mod gauges;
 pub(crate) mod likelihood;
 pub(crate) mod noise_level;
 pub(crate) mod optimiser;
+pub(crate) mod passed_on;
 pub(crate) mod principal_axes;
 pub(crate) mod problem;
 mod reading;

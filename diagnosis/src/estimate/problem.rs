@@ -37,6 +37,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) dispersion: [f64; 4],
     /// How mechanics are judged.
     pub(crate) mechanics: Mechanics,
+    /// A force that opposes positive motion whatever the hypothesis, N, one value per sample; empty for none.
+    pub(crate) disturbance_n: &'a [f64],
     /// How many averaged innovations are judged in each channel; found when first asked for.
     pub(crate) judged: OnceLock<[usize; 4]>,
 }
@@ -90,6 +92,7 @@ impl<'a> Problem<'a> {
             terms: &[],
             dispersion: [1.0; 4],
             mechanics: Mechanics::default(),
+            disturbance_n: &[],
             judged: OnceLock::new(),
         }
     }
@@ -102,6 +105,11 @@ impl<'a> Problem<'a> {
     /// The same problem with mechanics judged another way.
     pub(crate) fn judging(&self, mechanics: Mechanics) -> Self {
         Self { mechanics, ..self.on(self.stretches.clone()) }
+    }
+
+    /// The same problem with a force that no hypothesis knows of, N, one value per sample.
+    pub(crate) fn disturbed<'b>(&'b self, force_n: &'b [f64]) -> Problem<'b> {
+        Problem { disturbance_n: force_n, ..self.on(self.stretches.clone()) }
     }
 
     /// The same problem as if noise were white in every channel.
@@ -122,7 +130,11 @@ impl<'a> Problem<'a> {
     /// What a hypothesis adds to its plant.
     pub(super) fn added(&self, hypothesis: &Hypothesis, values: &[f64]) -> Added {
         let terms = term_library::sum(self.terms, hypothesis.factors(values));
-        Added { supply_sensor_pa: hypothesis.supply_sensor_pa(values), ..terms }
+        let mut added = Added { supply_sensor_pa: hypothesis.supply_sensor_pa(values), ..terms };
+        if !self.disturbance_n.is_empty() {
+            added.add(&Added { force_n: self.disturbance_n.to_vec(), ..Added::default() }, 1.0);
+        }
+        added
     }
 
     pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {

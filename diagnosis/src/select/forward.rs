@@ -1,9 +1,9 @@
 //! Forward selection of one more cause: candidates ranked by their score on a subset of the data, the best fitted to
 //! all of it.
 
+use super::first_steps::{Start, begun, promising};
 use super::initial_values::initial_values;
-use super::nominal_fit::begun_by_momentum;
-use super::penalty::{cost_before_pruning, required_gain, wide_open};
+use super::penalty::{cost_before_pruning, required_gain};
 use super::ripple_spectrum::wavelengths;
 use super::visibility::candidates;
 use crate::constants;
@@ -236,50 +236,12 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
         cost: from.undispersed() - c.predicted,
         fitted: false,
     }));
-    let starts: Vec<(Effect, &[f64])> =
+    let starts: Vec<Start<'_>> =
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
-    // A few iterations on the subset show which candidates to fit on all data. Strained nominal values begin at nominal
-    // or as fitted, whichever gives the lower cost.
-    let open = wide_open(problem, from);
-    let mut begun: Vec<Fit> = starts
-        .par_iter()
-        .filter_map(|(effect, start)| {
-            let ways: &[bool] = if effects::moves_nominal_values(*effect) {
-                &[false]
-            } else if strained & effects::channels(*effect) == 0 {
-                &[true]
-            } else {
-                &[true, false]
-            };
-            let begin = |anew: &bool| {
-                let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
-                let (channels, slopes) = (effects::channels(*effect), scoring.jacobian(*anew));
-                let fit = scoring.subset.first_steps(extended, channels, constants::first_iterations(), slopes)?;
-                // A position scale differs from other nominal values by little more than their priors. That difference
-                // shows only after iterations on all data; and while a balance is wide open a scale can absorb any
-                // error.
-                let on_all_data =
-                    if effects::moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
-                problem.refit(fit.hypothesis, channels, on_all_data)
-            };
-            let cheaper = |a: &Fit, b: &Fit| a.cost(problem).total_cmp(&b.cost(problem));
-            // Mechanics that were strained without the effect may hold its fit in another valley of the sticking piston.
-            let sliding = || {
-                let channels = effects::channels(*effect);
-                let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, true);
-                let fit = begun_by_momentum(&scoring.subset, extended, channels, constants::first_iterations())?;
-                problem.evaluate_as_is(fit.hypothesis)
-            };
-            let sticks = strained & effects::channels(*effect) & Channel::Position.bit() != 0
-                && !effect.identification().starts_form_a_grid;
-            let ways = ways.par_iter().filter_map(begin).min_by(cheaper);
-            ways.into_iter().chain(if sticks { sliding() } else { None }).min_by(cheaper)
-        })
-        .collect();
-    begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    // A few iterations on the subset show which candidates to fit on all data.
+    let begun = begun(problem, from, &scoring, &starts);
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
-    let promising = |fit: &Fit| fit.cost(problem) < lowest + 0.5 * (base - lowest).max(0.0) + 2.0 * constants::tie();
-    let finished = begun.iter().take_while(|fit| promising(fit)).count();
+    let finished = begun.iter().take_while(|fit| promising(fit.cost(problem), lowest, base)).count();
     let finished = finished.clamp(1, constants::candidates_finished()).min(begun.len());
     let mut fits: Vec<Fit> = begun
         .par_iter()

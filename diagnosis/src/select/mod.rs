@@ -3,6 +3,7 @@
 pub(crate) mod backward;
 pub(crate) mod everyday;
 pub(crate) mod exchange;
+mod first_steps;
 pub(crate) mod forward;
 pub(crate) mod image;
 pub(crate) mod initial_values;

@@ -1,8 +1,9 @@
 //! The fit of the nominal values alone, within their tolerances.
 
+use super::penalty::beyond_noise_in;
 use crate::balances::observers::Mechanics;
 use crate::constants;
-use crate::data::channel::{Channel, Channels};
+use crate::data::channel::Channel;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
@@ -22,7 +23,7 @@ pub(super) fn fitted(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit>
     };
     let noise = problem.noise_cost(Channel::Position.bit());
     let excess = |fit: &Fit| fit.channel_cost[Channel::Position as usize] - noise;
-    let open = excess(&fit) > (constants::like_noise() - 1.0) * noise;
+    let open = beyond_noise_in(problem, &fit, Channel::Position);
     let other = if open { by_momentum(problem, &fit) } else { None };
     let better = other.filter(|other| other.cost(problem) < fit.cost(problem) && excess(other) < BESIDE * excess(&fit));
     Some(better.unwrap_or(fit))
@@ -35,19 +36,9 @@ fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
     let mut anew = fit.hypothesis.clone();
     let mechanics = anew.parameters.iter().zip(&mut anew.values).filter(|(p, _)| p.channels == position);
     mechanics.for_each(|(p, value)| *value = p.neutral);
-    let fit = begun_by_momentum(problem, anew, position, constants::iterations())?;
+    let sliding = problem.judging(Mechanics::Momentum).refit(anew, position, constants::iterations())?;
+    let fit = problem.refit(best_breakaway(problem, sliding.hypothesis), position, constants::iterations())?;
     problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
-}
-
-/// A fit that begins by the momentum of a sliding piston, after something `changed` in some channels.
-pub(super) fn begun_by_momentum(
-    problem: &Problem<'_>,
-    hypothesis: Hypothesis,
-    changed: Channels,
-    iterations: usize,
-) -> Option<Fit> {
-    let begun = problem.judging(Mechanics::Momentum).refit(hypothesis, changed, iterations)?;
-    problem.refit(best_breakaway(problem, begun.hypothesis), changed, iterations)
 }
 
 /// The same with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one

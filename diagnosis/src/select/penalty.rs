@@ -1,9 +1,11 @@
 //! The gain required of a cause: its penalty, a share of the noise's cost, and a share of what the fit leaves
 //! unexplained.
 
+use crate::balances::observers::Innovations;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::likelihood::{COST_OF_NOISE, dispersion, misfit};
+use crate::estimate::passed_on::more_noise_passed_on;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::{Parameter, Slot};
@@ -44,26 +46,35 @@ pub(crate) fn shortfall(problem: &Problem<'_>, with: &Fit, without: &Fit, effect
     needed - (without.cost(problem) - with.cost(problem) - suppressed(problem, with, without, effect))
 }
 
-/// The gain in channels that are white noise already without the effect. It does not count: a model that passes on less
-/// of one sensor's noise predicts another sensor a little better.
+/// What an effect gains by suppressing noise, which does not count: a model that passes on less of one sensor's noise predicts
+/// another sensor a little better.
 fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) -> f64 {
     let gained = |c: &Channel| without.cost_in(problem, c.bit()) - with.cost_in(problem, c.bit());
-    let quiet = |c: &Channel| {
-        effects::channels(effect) & problem.judgeable & c.bit() != 0
-            && without.channel_cost[*c as usize] < COST_OF_NOISE * problem.noise_cost(c.bit()) / 0.5
+    let touched = effects::channels(effect) & problem.judgeable;
+    let quiet = |c: &Channel, times: f64| {
+        touched & c.bit() != 0
+            && without.channel_cost[*c as usize] < times * COST_OF_NOISE * problem.noise_cost(c.bit()) / 0.5
             && gained(c) > 0.0
     };
-    let quiet: Vec<Channel> = Channel::ALL.into_iter().filter(quiet).collect();
-    if quiet.is_empty() {
-        return 0.0;
-    }
-    let Some(innovations) = problem.innovations(without) else { return 0.0 };
-    let white = |c: &&Channel| {
-        let e = &innovations.channels[**c as usize];
+    let white = |c: &Channel, innovations: &Innovations| {
+        let e = &innovations.channels[*c as usize];
         misfit(e, problem.record.averaged()) < 1.0
             && dispersion(e, problem.record.dispersion_span()) < constants::like_noise()
     };
-    quiet.iter().filter(white).map(gained).sum()
+    let quiet_channels: Vec<Channel> = Channel::ALL.into_iter().filter(|c| quiet(c, 1.0)).collect();
+    let innovations = if quiet_channels.is_empty() { None } else { problem.innovations(without) };
+    let is_white = |c: &Channel| quiet(c, 1.0) && innovations.as_ref().is_some_and(|all| white(c, all));
+    let of_white: f64 = Channel::ALL.iter().filter(|c| is_white(c)).map(gained).sum();
+    let position = Channel::Position;
+    // Of a balance that is like noise, but not white, what less noise explains; where that is most of the gain, all of it.
+    let passed_on = if quiet(&position, constants::like_noise()) && !is_white(&position) {
+        let less = more_noise_passed_on(problem, without, with) / problem.dispersion[position as usize];
+        let all = gained(&position);
+        if less > 0.5 * all { all } else { less.max(0.0) }
+    } else {
+        0.0
+    };
+    of_white + passed_on
 }
 
 /// The parameters that decide whether an effect is present, with their places and distances from neutral. Shape
@@ -167,6 +178,11 @@ fn open_in(problem: &Problem<'_>, fit: &Fit, channels: Channels) -> bool {
 /// Whether a fit leaves a balance that noise alone does not explain.
 pub(crate) fn beyond_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
     any_beyond(problem, problem.judgeable, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
+}
+
+/// The same of one balance.
+pub(crate) fn beyond_noise_in(problem: &Problem<'_>, fit: &Fit, channel: Channel) -> bool {
+    any_beyond(problem, channel.bit(), constants::like_noise(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// Whether any of some channels that are judged costs more than so many times its noise.

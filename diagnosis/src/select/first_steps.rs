@@ -1,0 +1,96 @@
+//! The first iterations of candidates for one more cause, on a subset of the data.
+
+use super::forward::Scoring;
+use super::nominal_fit::best_breakaway;
+use super::penalty::{beyond_noise_in, wide_open};
+use crate::balances::observers::Mechanics;
+use crate::constants;
+use crate::data::channel::Channel;
+use crate::estimate::problem::{Fit, Problem};
+use crate::model::effects;
+use plant_model::Effect;
+use rayon::prelude::*;
+
+/// An effect with initial values.
+pub(crate) type Start<'a> = (Effect, &'a [f64]);
+
+/// Whether a cost is so near the lowest one of some candidates, counted from the cost without any, that further iterations may
+/// make it the lowest.
+pub(crate) fn promising(cost: f64, lowest: f64, without: f64) -> bool {
+    cost < lowest + 0.5 * (without - lowest).max(0.0) + 2.0 * constants::tie()
+}
+
+/// A fit extended by each start, after a few iterations, evaluated on all data; lowest cost first.
+pub(crate) fn begun(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<Fit> {
+    let mut begun = by_predictions(problem, from, scoring, starts);
+    // Mechanics that were strained without an effect may hold its fit in another valley of the sticking piston.
+    let strained = from.hypothesis.strained() & Channel::Position.bit() != 0;
+    if strained && beyond_noise_in(problem, from, Channel::Position) {
+        begun.extend(by_momentum(problem, from, scoring, starts));
+    }
+    begun.sort_by(|a, b| a.1.cost(problem).total_cmp(&b.1.cost(problem)));
+    let mut seen = Vec::new();
+    begun.retain(|(start, _)| {
+        let first = !seen.contains(start);
+        seen.push(*start);
+        first
+    });
+    begun.into_iter().map(|(_, fit)| fit).collect()
+}
+
+/// Candidates with the number of their start. Strained nominal values begin at nominal or as fitted, whichever gives the lower
+/// cost.
+fn by_predictions(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<(usize, Fit)> {
+    let (strained, open) = (from.hypothesis.strained(), wide_open(problem, from));
+    let begin = |(effect, start): &Start<'_>| {
+        let channels = effects::channels(*effect);
+        let ways: &[bool] = if effects::moves_nominal_values(*effect) {
+            &[false]
+        } else if strained & channels == 0 {
+            &[true]
+        } else {
+            &[true, false]
+        };
+        // A position scale differs from other nominal values by little more than their priors. That difference shows only after
+        // iterations on all data; and while a balance is wide open a scale can absorb any error.
+        let on_all_data =
+            if effects::moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
+        let begin = |anew: &bool| {
+            let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
+            let slopes = scoring.jacobian(*anew);
+            let fit = scoring.subset().first_steps(extended, channels, constants::first_iterations(), slopes)?;
+            problem.refit(fit.hypothesis, channels, on_all_data)
+        };
+        ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
+    };
+    starts.par_iter().enumerate().filter_map(|(k, start)| Some((k, begin(start)?))).collect()
+}
+
+/// Candidates that act on mechanics, begun by the momentum of a sliding piston, with the number of their start. That balance has
+/// one minimum and costs a tenth of a prediction: it tells which of them predictions go on from.
+fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<(usize, Fit)> {
+    let iterations = constants::first_iterations();
+    let acts = |effect: Effect| {
+        effects::channels(effect) & Channel::Position.bit() != 0 && !effect.identification().starts_form_a_grid
+    };
+    let sliding = scoring.subset().judging(Mechanics::Momentum);
+    let Some(without) = sliding.refit(from.hypothesis.relaxed(), Channel::Position.bit(), iterations) else {
+        return Vec::new();
+    };
+    let begin = |(effect, start): &Start<'_>| {
+        let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, true);
+        sliding.refit(extended, effects::channels(*effect), iterations)
+    };
+    let all = starts.par_iter().enumerate().filter(|(_, (effect, _))| acts(*effect));
+    let begun: Vec<(usize, Fit)> = all.filter_map(|(k, start)| Some((k, begin(start)?))).collect();
+    let cost = |fit: &Fit| fit.cost(&sliding);
+    let lowest = begun.iter().map(|(_, fit)| cost(fit)).fold(f64::INFINITY, f64::min);
+    let go_on = |(k, fit): &(usize, Fit)| {
+        let channels = effects::channels(starts[*k].0);
+        let levelled = best_breakaway(scoring.subset(), fit.hypothesis.clone());
+        let fit = scoring.subset().refit(levelled, channels, iterations)?;
+        Some((*k, problem.evaluate_as_is(fit.hypothesis)?))
+    };
+    let chosen = begun.par_iter().filter(|(_, fit)| promising(cost(fit), lowest, cost(&without)));
+    chosen.filter_map(go_on).collect()
+}
