@@ -20,7 +20,8 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::nominal;
 use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
-use crate::select::penalty::ends_at_bound;
+use crate::select::held_rows::held_with_a_cause;
+use crate::select::penalty::{beyond_noise, ends_at_bound};
 use crate::select::search::{self, Found};
 use crate::validate::{closure, foreign_terms, hold_out, support, verdict};
 use plant_model::{Effect, Plant};
@@ -89,6 +90,16 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         let Some(found) = search::search(&mut problem, &nominal, begin.take(), progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
+        if !reconsidered[1]
+            && record.command_moved()
+            && (found.best.hypothesis.effects.is_empty() || beyond_noise(&problem, &found.best))
+            && let Some((held, cause)) = held_with_a_cause(&between_rows, &problem, &found.best.hypothesis)
+        {
+            begin = Some(cause);
+            reading = held;
+            (record, reconsidered) = (reading.clone(), [false, true, reconsidered[2]]);
+            continue;
+        }
         // What the causes explain may have looked like a command that moved between rows, or the other way round, or by more than it
         // did; or like noise.
         if !found.best.hypothesis.effects.is_empty() {

@@ -204,12 +204,9 @@ mod tests {
     use super::*;
     use crate::balances::between::follow_the_flow;
     use crate::balances::force::forces;
-    use crate::balances::simulated::{every_other, simulated};
+    use crate::balances::simulated::{add_noise, every_other, simulated};
     use crate::data::grid::{Between, refined};
     use crate::data::prepare::prepare;
-    use rand::SeedableRng;
-    use rand::rngs::Xoshiro256PlusPlus;
-    use rand_distr::{Distribution, StandardNormal};
     use rig_files::RigFile;
 
     #[test]
@@ -222,12 +219,7 @@ mod tests {
             [9.0, 31.0, 57.0, 88.0].iter().map(|w: &f64| 0.4 * (w * held_s + w).sin()).sum()
         };
         let mut log = every_other(&simulated(&file, &file.effects, 8001, multisine));
-        let mut draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(5));
-        let mut noisy = |signal: &mut Vec<f64>, noise: f64| {
-            signal.iter_mut().zip(&mut draws).for_each(|(x, e): (&mut f64, f64)| *x += noise * e);
-        };
-        noisy(&mut log.y_m, 2.0e-6);
-        [&mut log.p_a_pa, &mut log.p_b_pa].into_iter().flatten().for_each(|p_pa| noisy(p_pa, 60.0));
+        add_noise(&mut log, 2.0e-6, 60.0);
         let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
         let mut record = refined(prepare(&log, &file), Between::Held);
         follow_the_flow(&mut record, &plant);

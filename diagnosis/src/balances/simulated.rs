@@ -1,6 +1,9 @@
 //! Logs of the simulator, for tests.
 
 use plant_model::{Effects, Simulator};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand_distr::{Distribution, StandardNormal};
 use rig_files::{Log, RigFile};
 
 /// So many rows at 1 kHz of a rig with some effects, its valve driven by a command in V as a function of time in s.
@@ -31,5 +34,14 @@ pub(crate) fn every_other(log: &Log) -> Log {
         p_a_pa: column(&log.p_a_pa),
         p_b_pa: column(&log.p_b_pa),
         ..Log::default()
+    }
+}
+
+/// Adds white noise of such standard deviations to the position, in m, and to both pressures, in Pa.
+pub(crate) fn add_noise(log: &mut Log, position_m: f64, pressures_pa: f64) {
+    let mut draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(5));
+    let pressures = [&mut log.p_a_pa, &mut log.p_b_pa].into_iter().flatten().map(|signal| (signal, pressures_pa));
+    for (signal, noise) in std::iter::once((&mut log.y_m, position_m)).chain(pressures) {
+        signal.iter_mut().zip(&mut draws).for_each(|(x, e): (&mut f64, f64)| *x += noise * e);
     }
 }

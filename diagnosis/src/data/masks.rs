@@ -171,12 +171,18 @@ fn railed(signal: &[f64], noise: ChannelNoise, at_limit: &Railed<'_>) -> Vec<Ran
         return Vec::new();
     }
     let mut start = 0;
-    let runs = signal.chunk_by(|a, b| a == b).map(|run| {
-        start += run.len();
-        (start - run.len()..start, run[0])
-    });
-    let repeats = |run: &Range<usize>, x: f64| noisy && run.len() >= at_limit.in_a_row && (x == low || x == high);
-    runs.filter(|(run, x)| ends && *x == high || repeats(run, *x)).map(|(run, _)| run).collect()
+    let runs: Vec<(Range<usize>, f64)> = signal
+        .chunk_by(|a, b| a == b)
+        .map(|run| {
+            start += run.len();
+            (start - run.len()..start, run[0])
+        })
+        .collect();
+    // Where the signal once stays at its lowest or highest value it has an end, and a moment there is clipped, too.
+    let stays = |x: f64| noisy && runs.iter().any(|(run, at)| *at == x && run.len() >= at_limit.in_a_row);
+    let (low_is_end, high_is_end) = (stays(low), ends || stays(high));
+    let is_end = |x: f64| x == low && low_is_end || x == high && high_is_end;
+    runs.into_iter().filter(|(_, x)| is_end(*x)).map(|(run, _)| run).collect()
 }
 
 /// Sets the weight of clipped samples to zero, and that of neighbours whose smoothed values depend on them.
@@ -249,6 +255,22 @@ mod tests {
                 assert!(record.weight_a_per_pa[k] > 0.0 && record.weight_b_per_pa[k] > 0.0, "{}", record.t_s[k]);
             }
         }
+    }
+
+    #[test]
+    fn a_moment_at_a_limit_that_the_sensor_stayed_at_elsewhere_is_clipped_too() {
+        // Once far beyond the limit, later four times a second for 16 ms; and the same without the long stay.
+        let moments = |t: f64| 0.5 + 4.0e-3 - 0.2 * (1.0 - (4.0 * core::f64::consts::TAU * t).cos());
+        let truly = |t: f64| if t < 2.0 { 0.6 * (1.5 * t).sin() } else { moments(t) };
+        let weights = |y: &dyn Fn(f64) -> f64| {
+            let record = prepare(&log(0.0, y, |_| [3.0e5; 2]), &RigFile::paper_a());
+            let beyond: Vec<usize> = (2500..record.len() - 100).filter(|k| truly(record.t_s[*k]) > 0.5005).collect();
+            assert!(beyond.len() > 100, "{}", beyond.len());
+            beyond.into_iter().map(|k| (record.at_end[k], record.weight_a_per_pa[k])).collect::<Vec<_>>()
+        };
+        assert!(weights(&truly).iter().all(|(at_end, weight)| *at_end && *weight == 0.0));
+        let short = |t: f64| if t < 2.0 { 0.0 } else { truly(t) };
+        assert!(weights(&short).iter().all(|(_, weight)| *weight > 0.0));
     }
 
     #[test]

@@ -28,9 +28,16 @@ pub(crate) struct Rows<'a> {
     pub(crate) nominal: &'a [Parameter],
 }
 
+/// How much of the rows a reading is judged by.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    Some,
+    All,
+}
+
 /// What some rows tell under one reading of them.
 struct Told {
-    /// Of the chambers' pressures, after a fit to a part of the rows.
+    /// Of the chambers' pressures, after a fit to them.
     cost: f64,
     /// What noise alone would cost.
     noise: f64,
@@ -44,20 +51,24 @@ impl Rows<'_> {
     /// A cause may have come in to undo a wrong reading of the rows, as a delay of half a row does. So the command also counts as
     /// held if then one of the causes is not needed: without it no more than noise is left.
     pub(crate) fn likelier(&self, hypothesis: &Hypothesis) -> Record {
-        let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else {
+        let (Some(plant), Some(held)) = (hypothesis.plant(self.rig, &hypothesis.values), self.held(hypothesis)) else {
             return grid::refined(self.rows.clone(), Between::Held);
         };
-        let held = self.read(Between::Held, &plant);
         if self.air() == 0 {
             return held;
         }
-        let Some(if_held) = self.told(&held, hypothesis) else { return held };
-        // What is like noise needs no other reading.
+        let Some(mut if_held) = self.told(&held, hypothesis, Part::Some) else { return held };
+        let mut part = Part::Some;
+        // What is like noise needs no other reading. A part may lack the commands that tell readings apart.
         if if_held.cost < if_held.noise {
-            return held;
+            match self.told(&held, &if_held.fitted, Part::All).filter(|all| all.cost > all.noise) {
+                Some(all) => (if_held, part) = (all, Part::All),
+                None => return held,
+            }
         }
         let enough = |effect: &Effect| {
-            self.told(&held, &hypothesis.without(*effect, self.nominal)).is_some_and(|rest| rest.cost < rest.noise)
+            self.told(&held, &hypothesis.without(*effect, self.nominal), part)
+                .is_some_and(|rest| rest.cost < rest.noise)
         };
         if hypothesis.effects.par_iter().any(enough) {
             return held;
@@ -66,7 +77,7 @@ impl Rows<'_> {
         let moved = late_s.into_par_iter().filter_map(|late_s| {
             let command = Between::Moved { late_s };
             let record = self.read(command, &plant);
-            Some((self.told(&record, hypothesis)?, record, command))
+            Some((self.told(&record, hypothesis, part)?, record, command))
         });
         let least = self.plainly(if_held.noise);
         let likeliest = moved.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
@@ -79,7 +90,7 @@ impl Rows<'_> {
         // the rows become likelier by that.
         while let Some(plant) = told.fitted.plant(self.rig, &told.fitted.values) {
             let again = self.read(command, &plant);
-            match self.told(&again, &told.fitted) {
+            match self.told(&again, &told.fitted, part) {
                 Some(better) if better.cost < told.cost - constants::likelier() => (told, record) = (better, again),
                 _ => break,
             }
@@ -97,9 +108,23 @@ impl Rows<'_> {
         if !again.command_moved() {
             return None;
         }
-        let [before, now] = [record, &again].map(|record| self.told(record, found));
+        let [before, now] = [record, &again].map(|record| self.told(record, found, Part::Some));
         let (before, now) = (before?, now?);
         (now.cost + self.plainly(now.noise) < before.cost).then_some(again)
+    }
+
+    /// The record of the rows with the command held between them; `None` if the hypothesis cannot be simulated.
+    pub(crate) fn held(&self, hypothesis: &Hypothesis) -> Option<Record> {
+        Some(self.read(Between::Held, &hypothesis.plant(self.rig, &hypothesis.values)?))
+    }
+
+    /// Whether one reading of the rows with its causes is likelier than another with its own, each cause at its penalty.
+    pub(crate) fn is_likelier(&self, one: (&Record, &Hypothesis), other: (&Record, &Hypothesis)) -> bool {
+        let cost = |(record, hypothesis): (&Record, &Hypothesis)| {
+            let penalties = constants::penalty_per_cause() * hypothesis.effects.len() as f64;
+            Some(self.told(record, hypothesis, Part::All)?.cost + penalties)
+        };
+        cost(one).zip(cost(other)).is_some_and(|(one, other)| one < other)
     }
 
     /// By how much less a reading must cost.
@@ -120,10 +145,10 @@ impl Rows<'_> {
         record
     }
 
-    fn told(&self, record: &Record, hypothesis: &Hypothesis) -> Option<Told> {
+    fn told(&self, record: &Record, hypothesis: &Hypothesis, part: Part) -> Option<Told> {
         let (signals, effort, air) = (Signals::default(), Effort::default(), self.air());
         let problem = Problem::new((self.rig, record), air, self.nominal, (&signals, &effort));
-        let (subset, _) = problem.subset();
+        let subset = if part == Part::Some { problem.subset().0 } else { problem };
         let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
         let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;
         Some(Told { cost: fit.undispersed() + widths, noise: subset.noise_cost(air), fitted: fit.hypothesis })

@@ -56,3 +56,38 @@ fn force_noise_n(record: &Record, plant: &Plant<f64>, draw: u64) -> Vec<f64> {
     };
     record.t_s.iter().copied().map(at).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated};
+    use crate::data::grid::{Between, refined};
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::hypothesis::Hypothesis;
+    use plant_model::Effect;
+    use rig_files::RigFile;
+
+    #[test]
+    fn a_larger_mass_passes_on_less_of_the_pressures_noise_and_the_same_mass_no_less() {
+        let rig = RigFile::paper_c();
+        let mut log = simulated(&rig, &rig.effects, 8000, |t_s| if t_s % 2.0 < 1.0 { 0.62 } else { -0.62 });
+        add_noise(&mut log, 4.0e-5, 700.0);
+        let record = refined(prepare(&log, &rig), Between::Held);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable(&record), &[], (&signals, &effort));
+        let of_mass = |mass_kg: f64| {
+            let effect = Effect::PayloadMass;
+            let hypothesis = Hypothesis::null(&[]).extended_by(effect, problem.parameters(effect), &[mass_kg]);
+            problem.evaluate_as_is(hypothesis).expect("a sound rig")
+        };
+        let (true_mass, twice) = (of_mass(rig.rig.load.mass_kg), of_mass(2.0 * rig.rig.load.mass_kg));
+        assert_eq!(more_noise_passed_on(&problem, &true_mass, &true_mass), 0.0);
+        let (less, more) =
+            (more_noise_passed_on(&problem, &true_mass, &twice), more_noise_passed_on(&problem, &twice, &true_mass));
+        assert!(less > 0.02 * problem.noise_cost(Channel::Position.bit()), "{less}");
+        assert!((less + more).abs() < 1.0e-9, "{less} {more}");
+    }
+}

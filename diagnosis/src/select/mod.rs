@@ -5,6 +5,7 @@ pub(crate) mod everyday;
 pub(crate) mod exchange;
 mod first_steps;
 pub(crate) mod forward;
+pub(crate) mod held_rows;
 pub(crate) mod image;
 pub(crate) mod initial_values;
 pub(crate) mod nominal_fit;
