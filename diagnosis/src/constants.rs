@@ -580,6 +580,9 @@ constants! {
         chance: f64 = 2.0, "standard deviations",
             "So far above that of white noise a misfit is still noise.",
             "95 %; a volume of 7 l in a log without a gap took 0.04 from a balance at 1.04 and 0.13 of the other's noise";
+        likely_rig: f64 = 3.1, "standard deviations",
+            "Nominal values that are farther off all together leave no name.",
+            "one rig in a thousand";
         least_excess: f64 = 0.2, "of the gain",
             "Part of what causes gain that must be misfit beyond noise, or strain of nominal values.",
             "chosen: a model that only suppresses noise is no cause; in a log where nothing moves a lag of 23 ms gained 4 %";

@@ -11,20 +11,23 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// How much more of the pressure sensors' noise one fit passes on to the position than another, as a cost: negative if less.
+/// How much more of the pressure sensors' noise one fit passes on to the position than another, as a cost with the problem's
+/// dispersion: negative if less.
 ///
 /// Measured by simulation: noise like the sensors' is added to the force once more, and what it adds to a cost is what that of the
 /// log costs there already (Cook and Stefanski 1994). A piston that creeps, where friction falls with speed, is unstable and
 /// amplifies noise; a larger mass amplifies less and predicts better, without being true.
 pub(crate) fn more_noise_passed_on(problem: &Problem<'_>, one: &Fit, other: &Fit) -> f64 {
     let Ok(plant) = Plant::new(&problem.rig.rig, &problem.rig.effects) else { return 0.0 };
-    let cost = |noisy: &Problem<'_>, fit: &Fit| {
-        noisy.evaluate_as_is(fit.hypothesis.clone()).map(|fit| fit.channel_cost[Channel::Position as usize])
+    let position = Channel::Position.bit();
+    let added = |noisy: &Problem<'_>, fit: &Fit| {
+        let cost = noisy.cost_of(&fit.hypothesis, &fit.hypothesis.values, position)?;
+        Some(cost - fit.cost_in(problem, position))
     };
     let more = |draw: u64| {
         let noise_n = force_noise_n(problem.record, &plant, draw);
         let noisy = problem.disturbed(&noise_n);
-        Some(cost(&noisy, one)? - cost(problem, one)? - (cost(&noisy, other)? - cost(problem, other)?))
+        Some(added(&noisy, one)? - added(&noisy, other)?)
     };
     let draws = constants::noise_floor_draws() as u64;
     (0..draws).into_par_iter().filter_map(more).sum::<f64>() / draws as f64

@@ -61,14 +61,13 @@ fn suppressed(problem: &Problem<'_>, with: &Fit, without: &Fit, effect: Effect) 
         misfit(e, problem.record.averaged()) < 1.0
             && dispersion(e, problem.record.dispersion_span()) < constants::like_noise()
     };
-    let quiet_channels: Vec<Channel> = Channel::ALL.into_iter().filter(|c| quiet(c, 1.0)).collect();
-    let innovations = if quiet_channels.is_empty() { None } else { problem.innovations(without) };
+    let innovations = Channel::ALL.iter().any(|c| quiet(c, 1.0)).then(|| problem.innovations(without)).flatten();
     let is_white = |c: &Channel| quiet(c, 1.0) && innovations.as_ref().is_some_and(|all| white(c, all));
     let of_white: f64 = Channel::ALL.iter().filter(|c| is_white(c)).map(gained).sum();
     let position = Channel::Position;
     // Of a balance that is like noise, but not white, what less noise explains; where that is most of the gain, all of it.
     let passed_on = if quiet(&position, constants::like_noise()) && !is_white(&position) {
-        let less = more_noise_passed_on(problem, without, with) / problem.dispersion[position as usize];
+        let less = more_noise_passed_on(problem, without, with);
         let all = gained(&position);
         if less > 0.5 * all { all } else { less.max(0.0) }
     } else {

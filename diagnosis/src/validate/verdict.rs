@@ -8,8 +8,10 @@ use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
+use crate::model::parameter::Parameter;
 use crate::outcome::{Balance, Cause};
 use crate::select::search::Found;
+use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
 use rig_files::Verdict;
 
@@ -70,7 +72,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let in_reach = found.best.hypothesis.effects.iter().filter(|effect| closed(effect));
     let in_reach = in_reach.fold(0, |all, effect| all | effects::channels(*effect));
     let most = explains_most(if in_reach == 0 { touched(found) } else { in_reach }, balances);
-    let confirmed = few && most && held;
+    let confirmed = few && most && held && is_likely_rig(&found.best);
     let told = open != 0 || !few || trifles || !most;
     let stands = |place: usize, cause: &Cause, effect: &Effect| {
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
@@ -109,6 +111,36 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let gap = told || guessed || !superseded.is_empty() || unclosed;
     let quiet = !held && balances.iter().all(|b| b.nominal_misfit < constants::like_noise());
     Judgement { causes, leads, open, gap, quiet }
+}
+
+/// Whether the nominal values of a fit are, all together, no farther from those stated than their tolerances make likely. Values that
+/// are all off by two or three tolerances at once rather stand for a cause that was not found, and names beside them would be guesses.
+///
+/// A maximum a posteriori estimate strays from nominal, in tolerances, with the covariance `I - S`, where `S` is the one it is left with.
+/// Along its principal axes that the log tells better than half, squares over that variance are those of normal variables.
+fn is_likely_rig(fit: &Fit) -> bool {
+    let hypothesis = &fit.hypothesis;
+    let stated = |(place, (p, value)): (usize, (&Parameter, &f64))| {
+        p.tolerance.map(|tolerance| (place, tolerance, (value - p.neutral) / tolerance))
+    };
+    let pairs = hypothesis.parameters.iter().zip(&hypothesis.values);
+    let stated: Vec<(usize, f64, f64)> = pairs.enumerate().filter_map(stated).collect();
+    let Some(covariance) = &fit.covariance else { return true };
+    let left = DMatrix::from_fn(stated.len(), stated.len(), |row, column| {
+        let ((i, of_i, _), (j, of_j, _)) = (stated[row], stated[column]);
+        covariance[(i, j)] / (of_i * of_j)
+    });
+    let away = DVector::from_iterator(stated.len(), stated.iter().map(|(.., away)| *away));
+    let axes = left.symmetric_eigen();
+    let told = axes.eigenvalues.iter().zip(axes.eigenvectors.column_iter()).filter(|(left, _)| **left < 0.5);
+    let squares: Vec<f64> = told.map(|(left, axis)| axis.dot(&away).powi(2) / (1.0 - left.max(0.0))).collect();
+    squares.iter().sum::<f64>() <= chi_squared(squares.len() as f64, constants::likely_rig())
+}
+
+/// What a sum of so many squared normal variables reaches at so many standard deviations, by Wilson and Hilferty (1931).
+fn chi_squared(count: f64, standard_deviations: f64) -> f64 {
+    let variance = 2.0 / (9.0 * count.max(1.0));
+    count.max(1.0) * (1.0 - variance + standard_deviations * variance.sqrt()).powi(3)
 }
 
 /// Whether the whole model predicts the part held back as well as noise allows.
@@ -230,6 +262,9 @@ fn mostly_beyond_noise(relieved: f64, balances: impl Iterator<Item = Excess>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::hypothesis::Hypothesis;
+    use crate::model::nominal::nominal_parameters;
+    use rig_files::RigFile;
 
     fn judgement(named: bool, gap: bool, quiet: bool) -> Judgement {
         let cause =
@@ -257,6 +292,41 @@ mod tests {
             let excess = |(before, after, noise)| Excess { before, after, noise, like };
             let found = mostly_beyond_noise(relieved, balances.iter().copied().map(excess));
             assert_eq!(found, expected, "{relieved} {balances:?} {like}");
+        }
+    }
+
+    #[test]
+    fn values_that_are_all_off_together_are_no_likely_rig_unless_the_log_tells_none_of_them() {
+        let mut rig = RigFile::paper_a();
+        rig.tolerance.default = 0.02;
+        let channels = Channel::PressureA.bit() | Channel::PressureB.bit() | Channel::Position.bit();
+        let nominal = nominal_parameters(&rig, channels, false, &[1.0, -1.0]);
+        let is_likely = |away: f64, of: usize, left: f64| {
+            let mut hypothesis = Hypothesis::null(&nominal);
+            let mut covariance = DMatrix::zeros(nominal.len(), nominal.len());
+            for (place, p) in nominal.iter().enumerate() {
+                let tolerance = p.tolerance.expect("stated");
+                covariance[(place, place)] = (left * tolerance).powi(2);
+                if place < of {
+                    hypothesis.values[place] += away * tolerance;
+                }
+            }
+            let covariance = Some(covariance);
+            is_likely_rig(&Fit { hypothesis, channel_cost: [0.0; 4], prior_cost: 0.0, covariance })
+        };
+        let all = nominal.len();
+        assert!(all > 5, "{all}");
+        assert!(is_likely(1.0, all, 0.1) && is_likely(2.5, 1, 0.1));
+        assert!(!is_likely(2.5, all, 0.1) && !is_likely(9.0, 1, 0.1));
+        assert!(is_likely(2.5, all, 1.0));
+    }
+
+    #[test]
+    fn sums_of_squares_reach_what_tables_say_once_in_a_thousand() {
+        // Quantiles of 99.9 % (Abramowitz and Stegun, table 26.8).
+        for (count, table) in [(1.0, 10.83), (5.0, 20.52), (10.0, 29.59), (20.0, 45.31), (30.0, 59.70)] {
+            let found = chi_squared(count, 3.09);
+            assert!((found / table - 1.0).abs() < 0.04, "{count}: {found}");
         }
     }
 
