@@ -130,6 +130,10 @@ fn is_likely_rig(fit: &Fit) -> bool {
         let ((i, of_i, _), (j, of_j, _)) = (stated[row], stated[column]);
         covariance[(i, j)] / (of_i * of_j)
     });
+    // No value open to correction, or errors that could not be told: nothing speaks against the rig, and there are no axes.
+    if stated.is_empty() || left.iter().any(|variance| !variance.is_finite()) {
+        return true;
+    }
     let away = DVector::from_iterator(stated.len(), stated.iter().map(|(.., away)| *away));
     let axes = left.symmetric_eigen();
     let told = axes.eigenvalues.iter().zip(axes.eigenvectors.column_iter()).filter(|(left, _)| **left < 0.5);
@@ -318,7 +322,10 @@ mod tests {
         assert!(all > 5, "{all}");
         assert!(is_likely(1.0, all, 0.1) && is_likely(2.5, 1, 0.1));
         assert!(!is_likely(2.5, all, 0.1) && !is_likely(9.0, 1, 0.1));
-        assert!(is_likely(2.5, all, 1.0));
+        assert!(is_likely(2.5, all, 1.0) && is_likely(2.5, all, f64::NAN));
+        let without_any = Hypothesis::null(&[]);
+        let covariance = Some(DMatrix::zeros(0, 0));
+        assert!(is_likely_rig(&Fit { hypothesis: without_any, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }));
     }
 
     #[test]
