@@ -1,8 +1,8 @@
 //! The first iterations of candidates for one more cause, on a subset of the data.
 
-use super::forward::Scoring;
 use super::nominal_fit::best_breakaway;
 use super::penalty::{beyond_noise_in, wide_open};
+use super::scoring::Scoring;
 use crate::balances::observers::Mechanics;
 use crate::constants;
 use crate::data::channel::Channel;

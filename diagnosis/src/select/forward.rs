@@ -5,10 +5,10 @@ use super::first_steps::{Start, begun, promising};
 use super::initial_values::initial_values;
 use super::penalty::{cost_before_pruning, required_gain};
 use super::ripple_spectrum::wavelengths;
+use super::scoring::Scoring;
 use super::visibility::candidates;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
-use crate::estimate::derivatives::Jacobian;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::hypothesis::Hypothesis;
@@ -72,40 +72,6 @@ pub(crate) struct Candidate {
     pub(crate) effect: Effect,
     pub(crate) starts: Vec<Vec<f64>>,
     pub(crate) predicted: f64,
-}
-
-/// What the score test of candidates needs: a subset of the data, and the Jacobian of the fit on it.
-pub(crate) struct Scoring<'a> {
-    subset: Problem<'a>,
-    /// Ratio of all data to the subset, by which scores are multiplied.
-    ratio: f64,
-    slopes: Jacobian,
-    /// The same for the fit with strained nominal values back at nominal; `None` if none is strained.
-    relaxed: Option<(Fit, Jacobian)>,
-}
-
-impl<'a> Scoring<'a> {
-    pub(crate) fn new(problem: &Problem<'a>, from: &Fit) -> Option<Self> {
-        let (subset, ratio) = problem.subset();
-        let slopes = subset.jacobian(from)?;
-        let relax = || {
-            let fit = subset.evaluate_as_is(from.hypothesis.relaxed())?;
-            let slopes = subset.jacobian(&fit)?;
-            Some((fit, slopes))
-        };
-        let relaxed = if from.hypothesis.strained() == 0 { None } else { relax() };
-        Some(Self { subset, ratio, slopes, relaxed })
-    }
-
-    /// The subset of the data.
-    pub(crate) fn subset(&self) -> &Problem<'a> {
-        &self.subset
-    }
-
-    /// The Jacobian for a candidate that begins with strained nominal values back at nominal (`anew`) or as fitted.
-    pub(crate) fn jacobian(&self, anew: bool) -> &Jacobian {
-        self.relaxed.as_ref().filter(|_| anew).map_or(&self.slopes, |(_, slopes)| slopes)
-    }
 }
 
 /// The candidates for one more cause that acts on some channels, highest score first.

@@ -12,6 +12,7 @@ pub(crate) mod nominal_fit;
 pub(crate) mod penalty;
 pub(crate) mod ripple_spectrum;
 pub(crate) mod score_test;
+pub(crate) mod scoring;
 pub(crate) mod screening;
 pub(crate) mod search;
 pub(crate) mod simplify;
