@@ -31,7 +31,7 @@ pub(crate) struct Rows<'a> {
 /// How much of the rows a reading is judged by.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
-    Some,
+    Subset,
     All,
 }
 
@@ -51,14 +51,15 @@ impl Rows<'_> {
     /// A cause may have come in to undo a wrong reading of the rows, as a delay of half a row does. So the command also counts as
     /// held if then one of the causes is not needed: without it no more than noise is left.
     pub(crate) fn likelier(&self, hypothesis: &Hypothesis) -> Record {
-        let (Some(plant), Some(held)) = (hypothesis.plant(self.rig, &hypothesis.values), self.held(hypothesis)) else {
+        let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else {
             return grid::refined(self.rows.clone(), Between::Held);
         };
+        let held = self.read(Between::Held, &plant);
         if self.air() == 0 {
             return held;
         }
-        let Some(mut if_held) = self.told(&held, hypothesis, Part::Some) else { return held };
-        let mut part = Part::Some;
+        let Some(mut if_held) = self.told(&held, hypothesis, Part::Subset) else { return held };
+        let mut part = Part::Subset;
         // What is like noise needs no other reading. A part may lack the commands that tell readings apart.
         if if_held.cost < if_held.noise {
             match self.told(&held, &if_held.fitted, Part::All).filter(|all| all.cost > all.noise) {
@@ -108,7 +109,7 @@ impl Rows<'_> {
         if !again.command_moved() {
             return None;
         }
-        let [before, now] = [record, &again].map(|record| self.told(record, found, Part::Some));
+        let [before, now] = [record, &again].map(|record| self.told(record, found, Part::Subset));
         let (before, now) = (before?, now?);
         (now.cost + self.plainly(now.noise) < before.cost).then_some(again)
     }
@@ -148,7 +149,7 @@ impl Rows<'_> {
     fn told(&self, record: &Record, hypothesis: &Hypothesis, part: Part) -> Option<Told> {
         let (signals, effort, air) = (Signals::default(), Effort::default(), self.air());
         let problem = Problem::new((self.rig, record), air, self.nominal, (&signals, &effort));
-        let subset = if part == Part::Some { problem.subset().0 } else { problem };
+        let subset = if part == Part::Subset { problem.subset().0 } else { problem };
         let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
         let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;
         Some(Told { cost: fit.undispersed() + widths, noise: subset.noise_cost(air), fitted: fit.hypothesis })

@@ -3,6 +3,7 @@
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::data::channel::Channel;
+use crate::data::grid::splined;
 use crate::data::record::Record;
 use crate::data::smoothing::twice;
 use plant_model::{Plant, Side};
@@ -44,20 +45,8 @@ fn force_noise_n(record: &Record, plant: &Plant<f64>, draw: u64) -> Vec<f64> {
     };
     let sides = [(Side::A, quality.pressure_a), (Side::B, quality.pressure_b)];
     let [a, b] = sides.map(|(side, noise)| plant.area_m2(side) * noise.standard_deviation).map(by_rows);
-    let rows: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
     // Between rows pressures are interpolated, and so is their noise.
-    let mut next = 0;
-    let at = |t: f64| {
-        while next < t_s.len() && t_s[next] < t {
-            next += 1;
-        }
-        match (next.checked_sub(1), rows.get(next)) {
-            (Some(low), Some(high)) => rows[low] + (high - rows[low]) * (t - t_s[low]) / (t_s[next] - t_s[low]),
-            (None, Some(first)) => *first,
-            (low, None) => low.map_or(0.0, |low| rows[low]),
-        }
-    };
-    record.t_s.iter().copied().map(at).collect()
+    splined(record, a.iter().zip(&b).map(|(a, b)| a - b).collect()).value
 }
 
 #[cfg(test)]

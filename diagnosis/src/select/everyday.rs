@@ -2,7 +2,7 @@
 //! offset, an incline. Alone each is too small to be found, and together they leave every balance open, so that one effect at
 //! a time explains nothing. All of them at once, each with a prior, are an ordinary fit.
 
-use super::nominal_fit::best_breakaway;
+use super::nominal_fit::from_best_breakaway;
 use super::penalty::negligible;
 use super::visibility::candidates;
 use crate::balances::observers::Mechanics;
@@ -31,9 +31,8 @@ pub(crate) fn fitted(problem: &Problem<'_>, from: Hypothesis) -> Option<Fit> {
     // Mechanics first as an equation error, which has one minimum; then as predictions. The finest come last, as in the search.
     let coarse = all.coarse();
     let begun = problem.judging(Mechanics::Momentum).refit(coarse, problem.judgeable, constants::iterations())?;
-    let levelled = best_breakaway(problem, all.with_values_of(&begun.hypothesis));
-    let fit = problem.refit(levelled, problem.judgeable, constants::iterations())?;
-    let fit = problem.refit(best_breakaway(problem, fit.hypothesis), problem.judgeable, constants::iterations())?;
+    let predicted = |from: Hypothesis| from_best_breakaway(problem, from, problem.judgeable, constants::iterations());
+    let fit = predicted(predicted(all.with_values_of(&begun.hypothesis))?.hypothesis)?;
     let mut fit = match problem.coordinate_search(&fit, Channel::Position.bit()) {
         Some(better) => problem.refit(better, Channel::Position.bit(), constants::support_iterations())?,
         None => fit,

@@ -1,6 +1,6 @@
 //! The first iterations of candidates for one more cause, on a subset of the data.
 
-use super::nominal_fit::best_breakaway;
+use super::nominal_fit::from_best_breakaway;
 use super::penalty::{beyond_noise_in, wide_open};
 use super::scoring::Scoring;
 use crate::balances::observers::Mechanics;
@@ -25,7 +25,7 @@ pub(crate) fn begun(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, st
     let mut begun = by_predictions(problem, from, scoring, starts);
     // Mechanics that were strained without an effect may hold its fit in another valley of the sticking piston.
     let strained = from.hypothesis.strained() & Channel::Position.bit() != 0;
-    if strained && beyond_noise_in(problem, from, Channel::Position) {
+    if strained && beyond_noise_in(problem, from, Channel::Position.bit()) {
         begun.extend(by_momentum(problem, from, scoring, starts));
     }
     begun.sort_by(|a, b| a.1.cost(problem).total_cmp(&b.1.cost(problem)));
@@ -87,8 +87,7 @@ fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts:
     let lowest = begun.iter().map(|(_, fit)| cost(fit)).fold(f64::INFINITY, f64::min);
     let go_on = |(k, fit): &(usize, Fit)| {
         let channels = effects::channels(starts[*k].0);
-        let levelled = best_breakaway(scoring.subset(), fit.hypothesis.clone());
-        let fit = scoring.subset().refit(levelled, channels, iterations)?;
+        let fit = from_best_breakaway(scoring.subset(), fit.hypothesis.clone(), channels, iterations)?;
         Some((*k, problem.evaluate_as_is(fit.hypothesis)?))
     };
     let chosen = begun.par_iter().filter(|(_, fit)| promising(cost(fit), lowest, cost(&without)));

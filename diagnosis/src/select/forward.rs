@@ -92,7 +92,7 @@ pub(crate) fn ranked_candidates(
         .iter()
         .map(|(effect, start)| from.hypothesis.extended_by(*effect, problem.parameters(*effect), start))
         .collect();
-    let mut scores = scoring.subset.scores(from, &scoring.slopes, &extended);
+    let mut scores = scoring.subset().scores(from, &scoring.slopes, &extended);
     // Strained nominal values may compensate for a missing effect and lower its score. So the score is also taken with
     // them back at nominal, and the higher one counts.
     if let Some((fit, slopes)) = &scoring.relaxed {
@@ -104,7 +104,7 @@ pub(crate) fn ranked_candidates(
             let (effect, start) = &open[*k];
             fit.hypothesis.extended_by(*effect, problem.parameters(*effect), start)
         };
-        let others = scoring.subset.scores(fit, slopes, &relieving.iter().map(beside).collect::<Vec<_>>());
+        let others = scoring.subset().scores(fit, slopes, &relieving.iter().map(beside).collect::<Vec<_>>());
         relieving.into_iter().zip(others).for_each(|(k, other)| scores[k] = scores[k].max(other));
     }
     scores.iter_mut().for_each(|score| *score *= scoring.ratio);

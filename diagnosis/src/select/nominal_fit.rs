@@ -3,7 +3,7 @@
 use super::penalty::beyond_noise_in;
 use crate::balances::observers::Mechanics;
 use crate::constants;
-use crate::data::channel::Channel;
+use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
@@ -23,7 +23,7 @@ pub(super) fn fitted(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit>
     };
     let noise = problem.noise_cost(Channel::Position.bit());
     let excess = |fit: &Fit| fit.channel_cost[Channel::Position as usize] - noise;
-    let open = beyond_noise_in(problem, &fit, Channel::Position);
+    let open = beyond_noise_in(problem, &fit, Channel::Position.bit());
     let other = if open { by_momentum(problem, &fit) } else { None };
     let better = other.filter(|other| other.cost(problem) < fit.cost(problem) && excess(other) < BESIDE * excess(&fit));
     Some(better.unwrap_or(fit))
@@ -37,13 +37,23 @@ fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
     let mechanics = anew.parameters.iter().zip(&mut anew.values).filter(|(p, _)| p.channels == position);
     mechanics.for_each(|(p, value)| *value = p.neutral);
     let sliding = problem.judging(Mechanics::Momentum).refit(anew, position, constants::iterations())?;
-    let fit = problem.refit(best_breakaway(problem, sliding.hypothesis), position, constants::iterations())?;
+    let fit = from_best_breakaway(problem, sliding.hypothesis, position, constants::iterations())?;
     problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
 }
 
-/// The same with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one
+/// A fit that begins with the static friction at which mechanics cost least, after something `changed` in some channels.
+pub(super) fn from_best_breakaway(
+    problem: &Problem<'_>,
+    hypothesis: Hypothesis,
+    changed: Channels,
+    iterations: usize,
+) -> Option<Fit> {
+    problem.refit(best_breakaway(problem, hypothesis), changed, iterations)
+}
+
+/// The same hypothesis with the static friction at which mechanics cost least: sliding says little of it, and a fit does not come from one
 /// valley to another.
-pub(super) fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
+fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
     let of = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == "friction.static_n");
     let Some(place) = hypothesis.parameters.iter().position(of) else { return hypothesis };
     let p = hypothesis.parameters[place];

@@ -176,12 +176,12 @@ fn open_in(problem: &Problem<'_>, fit: &Fit, channels: Channels) -> bool {
 
 /// Whether a fit leaves a balance that noise alone does not explain.
 pub(crate) fn beyond_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
-    any_beyond(problem, problem.judgeable, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
+    beyond_noise_in(problem, fit, problem.judgeable)
 }
 
-/// The same of one balance.
-pub(crate) fn beyond_noise_in(problem: &Problem<'_>, fit: &Fit, channel: Channel) -> bool {
-    any_beyond(problem, channel.bit(), constants::like_noise(), |channel| fit.channel_cost[channel as usize])
+/// The same of the balances of some channels.
+pub(crate) fn beyond_noise_in(problem: &Problem<'_>, fit: &Fit, channels: Channels) -> bool {
+    any_beyond(problem, channels, constants::like_noise(), |channel| fit.channel_cost[channel as usize])
 }
 
 /// Whether any of some channels that are judged costs more than so many times its noise.

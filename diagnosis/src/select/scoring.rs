@@ -5,7 +5,7 @@ use crate::estimate::problem::{Fit, Problem};
 
 /// What the score test of candidates needs: a subset of the data, and the Jacobian of the fit on it.
 pub(crate) struct Scoring<'a> {
-    pub(super) subset: Problem<'a>,
+    subset: Problem<'a>,
     /// Ratio of all data to the subset, by which scores are multiplied.
     pub(super) ratio: f64,
     pub(super) slopes: Jacobian,
