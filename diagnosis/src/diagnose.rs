@@ -156,14 +156,18 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     // Where every equation holds to within noise, what predictions err beyond it is of values that the log tells poorly, as what
     // holds a resting piston: no gap of the model.
     let holds = judgement.open == 0 && closure::holds_like_noise(problem, &kept);
-    let closed = holds || nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
+    // Without a lead nominal values may have to be off all at once: then it stands for a part of the gap.
+    if !judgement.leads.is_empty() {
+        kept = problem.with_errors(kept);
+    }
+    let likely = judgement.leads.is_empty() || verdict::is_likely_rig(&kept);
+    let closed = likely && (holds || nearest.as_ref().is_none_or(|(gain, _)| gain.closed()));
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     if !closed {
         judgement.doubt(&found.unrivalled);
     }
     // What a lead takes up is no part of a named cause's value.
-    if !judgement.leads.is_empty() && !judgement.causes.is_empty() {
-        kept = problem.with_errors(kept);
+    if !judgement.leads.is_empty() {
         for cause in &mut judgement.causes {
             if let Some(index) = effects.iter().position(|effect| effect.id() == cause.id) {
                 *cause = cause::cause(problem, &found, &kept, index);

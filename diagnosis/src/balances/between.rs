@@ -11,7 +11,10 @@ use crate::data::smoothing::Smoothed;
 use plant_model::{Plant, Side};
 
 /// How far the command's unknown jumps between rows make its mean, and the pressures behind it, uncertain.
-pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
+///
+/// `share` is the part of a jump that counts: one for a command that jumps once in a while at a time that is equally likely anywhere
+/// between two rows, less for one that jitters, as what several commands differ by averages out.
+pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let n = record.len();
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
@@ -21,7 +24,7 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>) {
     let openings = [a, b];
     let radians = openings.each_ref().map(|openings| jumps(openings));
     // A jump at a time that is equally likely anywhere between two rows: the standard deviation of the mean.
-    let spread = 1.0 / 12.0_f64.sqrt();
+    let spread = share / 12.0_f64.sqrt();
     record.command_doubt_v = vec![0.0; n];
     record.doubt_a_pa = vec![0.0; n];
     record.doubt_b_pa = vec![0.0; n];

@@ -53,8 +53,8 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
     let mut wanted = vec![stretches.is_none(); record.len()];
     stretches.into_iter().flatten().for_each(|stretch| wanted[stretch.range()].fill(true));
     let c = plant.coefficients();
-    let (t, u) = (&record.t_s, &record.u_v);
-    let mut out = Places { parts: Vec::with_capacity(u.len()), ends: Vec::with_capacity(u.len()) };
+    let (t, (t_u, u)) = (&record.t_s, record.commands());
+    let mut out = Places { parts: Vec::with_capacity(u.len()), ends: Vec::with_capacity(t.len()) };
     let Some(&first) = u.first() else { return out };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // The valve is assumed at mid when the log begins; until `Record::valve_known_s` the air does not count.
@@ -63,10 +63,10 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
     let mut source = 0;
     let mut spool = Spool::of(lag);
     let followed = followed(t, &wanted, spool::memory_s(&lag));
-    for k in 0..u.len() {
+    for k in 0..t.len() {
         let (from, to) = (t[k], t[k] + record.interval_s(k));
         if !followed[k] {
-            while source + 1 < u.len() && t[source + 1] + delay_s <= to - 1.0e-9 {
+            while source + 1 < u.len() && t_u[source + 1] + delay_s <= to - 1.0e-9 {
                 source += 1;
                 played = hysteresis.play(played, u[source]);
             }
@@ -76,10 +76,10 @@ pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[St
         }
         let mut at = from;
         loop {
-            while source + 1 < u.len() && t[source + 1] + delay_s <= at + 1.0e-9 {
+            while source + 1 < u.len() && t_u[source + 1] + delay_s <= at + 1.0e-9 {
                 source += 1;
             }
-            let until = if source + 1 < u.len() { (t[source + 1] + delay_s).min(to) } else { to };
+            let until = if source + 1 < u.len() { (t_u[source + 1] + delay_s).min(to) } else { to };
             let duration = (until - at).max(0.0);
             played = hysteresis.play(played, u[source]);
             let target = clamp(played);

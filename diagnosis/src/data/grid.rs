@@ -1,6 +1,7 @@
 //! A log of distant samples, with further ones between them by interpolation: the balances run in short steps, whatever
 //! the logger's rate. Innovations are formed where something was measured, nowhere else.
 
+use super::command::FasterLoop;
 use super::record::Record;
 use super::smoothing::Smoothed;
 use super::spline::{self, hermite};
@@ -13,11 +14,7 @@ pub(crate) enum Between {
     /// It was held: controller and log have one clock.
     Held,
     /// It moved on, nobody knows how: the controller is faster than the log.
-    Moved {
-        /// Half the time for which the controller holds a command, s: by so much its staircase comes after the line
-        /// through the rows.
-        late_s: f64,
-    },
+    Moved(FasterLoop),
 }
 
 /// Where the entries of the grid lie among the measured rows.
@@ -106,12 +103,16 @@ pub(crate) fn refined(rows: Record, command: Between) -> Record {
     let smooth = |signal: &Smoothed| {
         if has_more { grid.spline(&rows.t_s, &rows.stretches, signal.value.clone()) } else { signal.clone() }
     };
-    let u_v = match command {
-        Between::Held => held(&rows.u_v),
-        Between::Moved { late_s } => middles(&rows, &t_s, usual_s, late_s),
+    let (u_v, commands) = match command {
+        Between::Held => (held(&rows.u_v), None),
+        Between::Moved(faster) => {
+            let steps = faster.steps(&rows.t_s, &rows.u_v, usual_s);
+            (steps.means(&t_s, usual_s), Some(steps))
+        }
     };
     Record {
         u_v,
+        commands,
         y_m: grid.linear(&rows.y_m),
         p_a_pa: grid.linear(&rows.p_a_pa),
         p_b_pa: grid.linear(&rows.p_b_pa),
@@ -144,26 +145,10 @@ pub(crate) fn splined(record: &Record, at_rows: Vec<f64>) -> Smoothed {
     Grid::new(&t_s, record.quality.interval_s).spline(&t_s, &stretches, at_rows)
 }
 
-/// The command in the middle of each step, on a line through the rows that comes `late_s` after them.
-fn middles(rows: &Record, t_s: &[f64], usual_s: f64, late_s: f64) -> Vec<f64> {
-    let (times, u) = (&rows.t_s, &rows.u_v);
-    let mut row = 0;
-    let at = |k: usize| {
-        let step_s = t_s.get(k + 1).map_or(usual_s, |next| (next - t_s[k]).min(usual_s));
-        let t = t_s[k] + 0.5 * step_s - late_s;
-        while row + 1 < times.len() && times[row + 1] <= t {
-            row += 1;
-        }
-        let next = (row + 1).min(times.len() - 1);
-        let step = times[next] - times[row];
-        u[row] + if step > 0.0 { (u[next] - u[row]) * ((t - times[row]) / step).clamp(0.0, 1.0) } else { 0.0 }
-    };
-    if u.is_empty() { Vec::new() } else { (0..t_s.len()).map(at).collect() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::command::Missing;
 
     fn record(t_s: Vec<f64>, of: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> Record {
         let signal =
@@ -205,11 +190,10 @@ mod tests {
         let rows = record((0..4).map(|k| 0.01 * f64::from(k)).collect(), |t| t, |_| 1.0);
         let held = refined(rows.clone(), Between::Held);
         assert_eq!(held.u_v[..6], [0.0, 0.0, 0.0, 0.0, 0.0, 0.01]);
-        let moved = refined(rows.clone(), Between::Moved { late_s: 0.0 });
-        let late = refined(rows, Between::Moved { late_s: 0.003 });
-        for k in 2..moved.len() - 1 {
-            assert!((moved.u_v[k] - moved.t_s[k] - 0.001).abs() < 1.0e-12, "{k}");
-            assert!((late.u_v[k] - late.t_s[k] + 0.002).abs() < 1.0e-12, "{k}");
+        let moved = refined(rows, Between::Moved(FasterLoop { per_row: f64::INFINITY, missing: Missing::OnTheLine }));
+        for k in 0..moved.len() - 1 {
+            // Four levels on a line.
+            assert!((moved.u_v[k] - moved.t_s[k] - 0.001).abs() < 0.00126, "{k}");
         }
     }
 

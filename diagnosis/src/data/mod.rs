@@ -4,6 +4,7 @@ mod adaptive_window;
 mod chamber_pressure;
 pub(crate) mod channel;
 pub(crate) mod cleaned;
+pub(crate) mod command;
 pub(crate) mod grid;
 pub(crate) mod hum;
 pub(crate) mod masks;

@@ -1,5 +1,6 @@
 //! The prepared log: made by `prepare`, read by all later stages.
 
+use super::command::Steps;
 use super::quality::{Available, Quality};
 use super::smoothing::{Reach, Smoothed};
 use super::split::Stretch;
@@ -42,7 +43,10 @@ pub(crate) struct Record {
     /// The same for the change of p_b, Pa.
     pub(crate) doubt_b_pa: Vec<f64>,
     pub(crate) t_s: Vec<f64>,
+    /// The mean command from each entry to the next, V.
     pub(crate) u_v: Vec<f64>,
+    /// The commands within that time, where they are not its mean alone.
+    pub(crate) commands: Option<Steps>,
     pub(crate) y_m: Vec<f64>,
     pub(crate) p_a_pa: Vec<f64>,
     pub(crate) p_b_pa: Vec<f64>,
@@ -133,6 +137,11 @@ impl Record {
     /// Number of usable samples.
     pub(crate) fn len(&self) -> usize {
         self.t_s.len()
+    }
+
+    /// The times at which the command changes, s, and the command from there on, V.
+    pub(crate) fn commands(&self) -> (&[f64], &[f64]) {
+        self.commands.as_ref().map_or((&self.t_s, &self.u_v), |steps| (&steps.t_s, &steps.u_v))
     }
 
     /// Whether the command moved between rows.

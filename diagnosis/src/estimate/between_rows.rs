@@ -6,6 +6,7 @@ use crate::balances::between;
 use crate::balances::shared::Signals;
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
+use crate::data::command::{FasterLoop, Missing};
 use crate::data::grid::{self, Between};
 use crate::data::record::Record;
 use crate::model::hypothesis::Hypothesis;
@@ -15,7 +16,11 @@ use rayon::prelude::*;
 use rig_files::RigFile;
 
 /// How often the controller acts from one row to the next: once in a while, many times, or all the time.
-const PER_ROW: [f64; 4] = [2.0, 5.0, 10.0, f64::INFINITY];
+const PER_ROW: [f64; 5] = [2.0, 3.0, 5.0, 10.0, f64::INFINITY];
+/// From how many rows to each side a command that jitters may be taken.
+const NEAR: [usize; 5] = [1, 2, 4, 8, 16];
+/// How much of a command's jumps may be uncertain.
+const SHARES: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
 /// By how much of a row a staircase comes after the line through the rows at most.
 pub(super) const LATEST: f64 = 0.5 / PER_ROW[0];
 
@@ -35,6 +40,14 @@ enum Part {
     All,
 }
 
+/// How a command that moved between rows is read.
+#[derive(Clone, Copy)]
+struct Moved {
+    faster: FasterLoop,
+    /// The part of its jumps that is uncertain.
+    share: f64,
+}
+
 /// What some rows tell under one reading of them.
 struct Told {
     /// Of the chambers' pressures, after a fit to them.
@@ -42,6 +55,13 @@ struct Told {
     /// What noise alone would cost.
     noise: f64,
     fitted: Hypothesis,
+}
+
+/// Rows as read with a command that moved.
+struct Reading {
+    moved: Moved,
+    record: Record,
+    told: Told,
 }
 
 impl Rows<'_> {
@@ -54,7 +74,7 @@ impl Rows<'_> {
         let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else {
             return grid::refined(self.rows.clone(), Between::Held);
         };
-        let held = self.read(Between::Held, &plant);
+        let held = self.read(None, &plant);
         if self.air() == 0 {
             return held;
         }
@@ -74,29 +94,44 @@ impl Rows<'_> {
         if hypothesis.effects.par_iter().any(enough) {
             return held;
         }
-        let late_s = PER_ROW.map(|times| 0.5 * self.rows.quality.interval_s / times);
-        let moved = late_s.into_par_iter().filter_map(|late_s| {
-            let command = Between::Moved { late_s };
-            let record = self.read(command, &plant);
-            Some((self.told(&record, hypothesis, part)?, record, command))
-        });
-        let least = self.plainly(if_held.noise);
-        let likeliest = moved.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-        let Some((mut told, mut record, command)) =
-            likeliest.filter(|(if_moved, ..)| if_moved.cost + least < if_held.cost)
-        else {
-            return held;
+        let read = |moved: Moved, from: &Hypothesis, plant: &Plant<f64>| {
+            let record = self.read(Some(moved), plant);
+            Some(Reading { told: self.told(&record, from, part)?, record, moved })
         };
-        // How uncertain a jump makes the pressures depends on where the valve begins to open: by the values as fitted, as long as
-        // the rows become likelier by that.
-        while let Some(plant) = told.fitted.plant(self.rig, &told.fitted.values) {
-            let again = self.read(command, &plant);
-            match self.told(&again, &told.fitted, part) {
-                Some(better) if better.cost < told.cost - constants::likelier() => (told, record) = (better, again),
+        let on_the_line = PER_ROW.into_par_iter().filter_map(|per_row| {
+            let faster = FasterLoop { per_row, missing: Missing::OnTheLine };
+            read(Moved { faster, share: SHARES[0] }, hypothesis, &plant)
+        });
+        let Some(mut best) = on_the_line.min_by(|a, b| a.told.cost.total_cmp(&b.told.cost)) else { return held };
+        // From ever more rows, and of jumps ever less, as long as that is likelier.
+        let mut last = f64::INFINITY;
+        for near in NEAR {
+            let faster = FasterLoop { missing: Missing::LikeRows(near), ..best.moved.faster };
+            let Some(next) = read(Moved { faster, ..best.moved }, hypothesis, &plant) else { break };
+            if next.told.cost > last {
+                break;
+            }
+            last = next.told.cost;
+            best = if next.told.cost < best.told.cost { next } else { best };
+        }
+        if best.told.cost + self.plainly(if_held.noise) > if_held.cost {
+            return held;
+        }
+        for share in &SHARES[1..] {
+            match read(Moved { share: *share, ..best.moved }, &best.told.fitted, &plant) {
+                Some(less) if less.told.cost < best.told.cost => best = less,
                 _ => break,
             }
         }
-        record
+        // How uncertain a jump makes the pressures depends on where the valve begins to open: by the values as fitted, as long as
+        // the rows become likelier by that.
+        while let Some(plant) = best.told.fitted.plant(self.rig, &best.told.fitted.values) {
+            match read(best.moved, &best.told.fitted, &plant) {
+                Some(again) if again.told.cost < best.told.cost - constants::likelier() => best = again,
+                _ => break,
+            }
+        }
+        best.record
     }
 
     /// Another reading of the rows than a record's, where that is plainly likelier with what was found.
@@ -116,7 +151,7 @@ impl Rows<'_> {
 
     /// The record of the rows with the command held between them; `None` if the hypothesis cannot be simulated.
     pub(crate) fn held(&self, hypothesis: &Hypothesis) -> Option<Record> {
-        Some(self.read(Between::Held, &hypothesis.plant(self.rig, &hypothesis.values)?))
+        Some(self.read(None, &hypothesis.plant(self.rig, &hypothesis.values)?))
     }
 
     /// Whether one reading of the rows with its causes is likelier than another with its own, each cause at its penalty.
@@ -137,11 +172,13 @@ impl Rows<'_> {
         self.judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit())
     }
 
-    fn read(&self, command: Between, plant: &Plant<f64>) -> Record {
+    /// The record with a command that moved between rows, or was held.
+    fn read(&self, moved: Option<Moved>, plant: &Plant<f64>) -> Record {
+        let command = moved.map_or(Between::Held, |moved| Between::Moved(moved.faster));
         let mut record = grid::refined(self.rows.clone(), command);
         between::follow_the_flow(&mut record, plant);
-        if command != Between::Held {
-            between::doubts(&mut record, plant);
+        if let Some(Moved { share, .. }) = moved {
+            between::doubts(&mut record, plant, share);
         }
         record
     }
@@ -153,5 +190,54 @@ impl Rows<'_> {
         let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
         let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;
         Some(Told { cost: fit.undispersed() + widths, noise: subset.noise_cost(air), fitted: fit.hypothesis })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::simulated::{add_noise, every_other, simulated};
+    use crate::data::prepare::prepare;
+    use crate::model::nominal::nominal_parameters;
+    use crate::model::parameter::Slot;
+
+    #[test]
+    fn a_command_that_jitters_behind_a_loop_twice_as_fast_as_the_log_leaves_the_dead_zone_where_it_is() {
+        let mut file = RigFile::paper_c();
+        (file.rig.valve.dead_zone_left_v, file.rig.valve.dead_zone_right_v) = (-0.4, 0.4);
+        file.tolerance.default = 0.05;
+        // A command for each millisecond, that jitters about a slow motion around the edges.
+        let jitter = |tick: u64| {
+            let mixed = tick.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            0.6 * ((mixed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let command = |t_s: f64| 0.5 * (3.0 * t_s).sin() + jitter((t_s * 1.0e3).round() as u64);
+        let mut log = every_other(&simulated(&file, &plant_model::Effects::none(), 12_001, command));
+        add_noise(&mut log, 5.0e-6, 100.0);
+        let rows = prepare(&log, &file);
+        let judgeable = judgeable(&rows);
+        let nominal = nominal_parameters(&file, judgeable, false, &rows.u_v);
+        let between = Rows { rig: &file, rows: &rows, judgeable, nominal: &nominal };
+        let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
+        let null = Hypothesis::null(&nominal);
+        let on_the_line = FasterLoop { per_row: 2.0, missing: Missing::OnTheLine };
+        let line = between.read(Some(Moved { faster: on_the_line, share: 1.0 }), &plant);
+        // How far the volumes are from the true ones after a fit.
+        let off = |record: &Record| {
+            let (signals, effort) = (Signals::default(), Effort::default());
+            let problem = Problem::new((&file, record), between.air(), &nominal, (&signals, &effort));
+            let fit = problem.fit(null.clone(), constants::iterations()).expect("a rig that can be simulated");
+            let away = |(p, value): (&Parameter, &f64)| match p.slot {
+                Slot::Nominal(key) if key.path.starts_with("cylinder.volume") => (value / p.neutral - 1.0).abs(),
+                _ => 0.0,
+            };
+            fit.hypothesis.parameters.iter().zip(&fit.hypothesis.values).map(away).fold(0.0, f64::max)
+        };
+        let read = between.likelier(&null);
+        assert!(read.command_moved());
+        let (as_read, on_the_line) = (off(&read), off(&line));
+        assert!(as_read < 0.02 && on_the_line > 0.1, "{as_read} {on_the_line}");
     }
 }

@@ -77,7 +77,8 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     let stands = |place: usize, cause: &Cause, effect: &Effect| {
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
         let large = open == 0 || cause.share >= constants::least_share_beside_a_gap();
-        let trifle = trifles && cause.share < constants::trifle() || cause.share < constants::least_share();
+        let little = cause.share < constants::least_share() && !restores_rig(problem, without(place), &found.best);
+        let trifle = trifles && cause.share < constants::trifle() || little;
         let confirmed =
             confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, cause, effect);
         let shadow =
@@ -118,7 +119,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
 ///
 /// A maximum a posteriori estimate strays from nominal, in tolerances, with the covariance `I - S`, where `S` is the one it is left with.
 /// Along its principal axes that the log tells better than half, squares over that variance are those of normal variables.
-fn is_likely_rig(fit: &Fit) -> bool {
+pub(crate) fn is_likely_rig(fit: &Fit) -> bool {
     let hypothesis = &fit.hypothesis;
     let stated = |(place, (p, value)): (usize, (&Parameter, &f64))| {
         p.tolerance.map(|tolerance| (place, tolerance, (value - p.neutral) / tolerance))
@@ -139,6 +140,12 @@ fn is_likely_rig(fit: &Fit) -> bool {
     let told = axes.eigenvalues.iter().zip(axes.eigenvectors.column_iter()).filter(|(left, _)| **left < 0.5);
     let squares: Vec<f64> = told.map(|(left, axis)| axis.dot(&away).powi(2) / (1.0 - left.max(0.0))).collect();
     squares.iter().sum::<f64>() <= chi_squared(squares.len() as f64, constants::likely_rig())
+}
+
+/// Whether nominal values are likely with a cause and all together unlikely without it: however small a part of the gap that is, the
+/// rig file's tolerances ask for the cause.
+fn restores_rig(problem: &Problem<'_>, without: Option<&Fit>, with: &Fit) -> bool {
+    without.is_some_and(|without| is_likely_rig(with) && !is_likely_rig(&problem.with_errors(without.clone())))
 }
 
 /// What a sum of so many squared normal variables reaches at so many standard deviations, by Wilson and Hilferty (1931).

@@ -197,7 +197,12 @@ impl Definition for ChokedFlow {
         )
     };
 
-    fn neutral<R: Real>(_rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
+    fn neutral<R: Real>(rig: &Rig<R>) -> [R; MAX_PARAMETERS] {
+        let v = &rig.valve;
+        if rig.follows_iso6358() {
+            let ratios = v.fill_critical_ratio_a + v.exhaust_critical_ratio_a + v.fill_critical_ratio_b;
+            return [R::of(0.25) * (ratios + v.exhaust_critical_ratio_b), R::ONE, R::ZERO];
+        }
         // A critical ratio below zero stands for the linear law.
         [-R::ONE, R::ONE, R::ZERO]
     }
