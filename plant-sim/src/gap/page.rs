@@ -3,7 +3,7 @@
 use super::apply::Applied;
 use super::picture::{Scene, balance_name};
 use super::units::{estimate, quantity, significant, with_error};
-use super::words::{Errors, adjusted, errors, headline, how_far, percent, sensitive, title};
+use super::words::{Errors, adjusted, errors, errs_more, headline, how_far, percent, sensitive, title};
 use crate::charts::{BAR, MM, scaled};
 use diagnosis::{Calibration, Cause, Channel, Diagnosis, Standing};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
@@ -150,7 +150,11 @@ fn gain(page: &mut Page, diagnosis: &Diagnosis) {
     };
     let mut table = Table::new(["", "rig file as given", "extended rig", "noise alone", "share of the gap closed"]);
     for Errors { name, quantities: [before, after, floor], closed } in errors(gain) {
-        let share = closed.map_or("no gap".to_string(), |share| format!("{:.0} %", 100.0 * share));
+        let share = match closed {
+            None => "no gap".to_owned(),
+            Some(share) if errs_more(share) => "none: it errs more".to_owned(),
+            Some(share) => format!("{:.0} %", 100.0 * share),
+        };
         table.row([name.to_string(), before, after, floor, share]);
     }
     page.table(table.caption(format!(

@@ -228,7 +228,11 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
         let _ =
             writeln!(text, "\nPrediction error {:.0} ms ahead, on data held back from the fit:", gain.horizon_s * 1e3);
         for Errors { name, quantities: [before, after, floor], closed } in errors(gain) {
-            let share = closed.map_or("nothing to close".into(), |share| format!("{:.0} % closed", 100.0 * share));
+            let share = match closed {
+                None => "nothing to close".to_owned(),
+                Some(share) if errs_more(share) => "it errs more".to_owned(),
+                Some(share) => format!("{:.0} % closed", 100.0 * share),
+            };
             let _ = writeln!(text, "  {name:<10}  {before} before, {after} after, {floor} from noise alone: {share}");
         }
     }
@@ -241,9 +245,19 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
     text
 }
 
+/// Whether a share of the gap that is closed means that the extended rig errs more than the one as given.
+pub(super) fn errs_more(share: f64) -> bool {
+    share <= -0.005
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_share_of_the_gap_below_zero_is_more_error_unless_it_rounds_to_nothing() {
+        assert!(errs_more(-7.26) && errs_more(-0.01) && !errs_more(-0.001) && !errs_more(0.4));
+    }
 
     #[test]
     fn an_adjustment_is_told_in_units_of_its_tolerance() {
