@@ -43,7 +43,7 @@ pub(crate) fn next_experiment(
     if unexplained && !problem.rig.rig.opening.is_empty() && balances.iter().any(follows_the_command) {
         out.push(
             "What is left of the air balances follows the command: measure the valve's opening in finer steps where the valve \
-             works, above all where it begins to open. Between the points of `valve.opening` the model is straight."
+             works, above all where it begins to open. Between the points of `valve.opening` its curve is a guess, straight or smooth."
                 .into(),
         );
     }
