@@ -104,9 +104,11 @@ impl Rows<'_> {
             read(Moved { faster, share: SHARES[0] }, hypothesis, &plant)
         });
         let Some(mut best) = on_the_line.min_by(|a, b| a.told.cost.total_cmp(&b.told.cost)) else { return held };
-        // From ever more rows, and of jumps ever less, as long as that is likelier.
+        // Jitter, where no gap is left that a smoother command could hide: from ever more rows, and of jumps ever less, as long as
+        // that is likelier.
+        let near_noise = best.told.cost < constants::open() * if_held.noise;
         let mut last = f64::INFINITY;
-        for near in NEAR {
+        for near in NEAR.into_iter().filter(|_| near_noise) {
             let faster = FasterLoop { missing: Missing::LikeRows(near), ..best.moved.faster };
             let Some(next) = read(Moved { faster, ..best.moved }, hypothesis, &plant) else { break };
             if next.told.cost > last {
@@ -118,7 +120,7 @@ impl Rows<'_> {
         if best.told.cost + self.plainly(if_held.noise) > if_held.cost {
             return held;
         }
-        for share in &SHARES[1..] {
+        for share in SHARES[1..].iter().filter(|_| near_noise) {
             match read(Moved { share: *share, ..best.moved }, &best.told.fitted, &plant) {
                 Some(less) if less.told.cost < best.told.cost => best = less,
                 _ => break,
