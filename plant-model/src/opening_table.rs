@@ -180,6 +180,12 @@ impl<R: Real> OpeningPoints<R> {
         (0..side.len()).filter_map(move |k| Piece::of(side, k, self.smoothness))
     }
 
+    /// The same points with another part of the monotone cubic between them.
+    #[must_use]
+    pub fn with_smoothness(&self, smoothness: R) -> Self {
+        Self { smoothness, ..*self }
+    }
+
     fn side(&self, positive: bool) -> &[[R; 2]] {
         let (from, to) = if positive { (0, self.positive) } else { (self.positive, self.count) };
         self.points.get(usize::from(from)..usize::from(to)).unwrap_or(&[])

@@ -5,38 +5,70 @@
 //! through the rows shows.
 
 use super::opening;
+use crate::constants;
 use crate::data::grid::splined;
 use crate::data::record::Record;
 use crate::data::smoothing::Smoothed;
+use crate::statistics::median;
 use plant_model::{Plant, Side};
+
+/// How many rows to each side say how much a command jitters. One jump is three changes, far less than half of them.
+const JITTERING: usize = 8;
+/// How often the median change a change is jitter at most: of normal jitter 95 of 100 are.
+const MOST_JITTER: f64 = 3.0;
 
 /// How far the command's unknown jumps between rows make its mean, and the pressures behind it, uncertain.
 ///
-/// `share` is the part of a jump that counts: one for a command that jumps once in a while at a time that is equally likely anywhere
-/// between two rows, less for one that jitters, as what several commands differ by averages out.
+/// A jump comes once, at a time that is equally likely anywhere between two rows. `share` is the part of jitter that counts: less than
+/// one, as what several commands differ by averages out.
 pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let n = record.len();
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
-    let volts = jumps(u);
+    let unknown = |signal: &[f64]| unknown(&jumps(signal), share);
+    let volts = unknown(u);
     let (a, b): (Vec<f64>, Vec<f64>) =
         u.iter().map(|u| <(f64, f64)>::from(opening::signed_openings(plant, *u))).unzip();
     let openings = [a, b];
-    let radians = openings.each_ref().map(|openings| jumps(openings));
-    // A jump at a time that is equally likely anywhere between two rows: the standard deviation of the mean.
-    let spread = share / 12.0_f64.sqrt();
+    let radians = openings.each_ref().map(|openings| unknown(openings));
+    // Of the mean, as the jump's time is equally likely anywhere between two rows.
+    let spread = 1.0 / 12.0_f64.sqrt();
     record.command_doubt_v = vec![0.0; n];
     record.doubt_a_pa = vec![0.0; n];
     record.doubt_b_pa = vec![0.0; n];
+    let lag_s = plant.added().valve_lag.time_constant_s;
+    let mut behind = [0.0_f64; 2];
     for (row, k) in record.rows.clone().into_iter().enumerate() {
         record.command_doubt_v[k] = spread * volts[row];
+        // A lagging spool takes up a part of an unknown jump at once, and what is left of it in the intervals behind: its errors there
+        // have one sign, so that their variances add up to the jump's, as without a lag.
+        let rest = if lag_s > 0.0 { (-record.to_next_row_s(k) / lag_s).exp() } else { 0.0 };
         for (place, side) in [Side::A, Side::B].into_iter().enumerate() {
+            behind[place] = ((1.0 - rest) * radians[place][row].powi(2) + rest * behind[place].powi(2)).sqrt();
             let unit = if openings[place][row] >= 0.0 { 1.0 } else { -1.0 };
             let Some(rate) = pa_per_s(record, plant, (side, k), unit) else { continue };
-            let doubt = rate.abs() * spread * radians[place][row] * record.to_next_row_s(k);
+            let doubt = rate.abs() * spread * behind[place] * record.to_next_row_s(k);
             let doubts = if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa };
             doubts[k] = doubt;
         }
+    }
+}
+
+/// How far the curve of a valve's opening between the points of a table makes the pressures uncertain, in addition to what does so
+/// already. The same error lasts while the spool is between two points, and adds up meanwhile.
+pub(crate) fn doubt_the_curve(record: &mut Record, plant: &Plant<f64>) {
+    let Some(bends) = opening::bends(record, plant).filter(|_| record.available.command) else { return };
+    for side in [Side::A, Side::B] {
+        let doubt = |k: usize| {
+            let bend = bends.of(side)[k];
+            let rate = pa_per_s(record, plant, (side, k), if bend >= 0.0 { 1.0 } else { -1.0 }).unwrap_or(0.0);
+            let interval_s = record.interval_s(k);
+            let by_curve = constants::between_points() * rate * bend.abs();
+            let by_command = record.chamber(side).doubt_pa.get(k).copied().unwrap_or(0.0);
+            by_command.hypot(by_curve * (interval_s * interval_s.max(constants::from_point_to_point_s())).sqrt())
+        };
+        let doubts = (0..record.len()).map(doubt).collect();
+        *(if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa }) = doubts;
     }
 }
 
@@ -131,6 +163,16 @@ fn jumps(signal: &[f64]) -> Vec<f64> {
         (here - before).abs().max((here - after).abs())
     };
     (0..signal.len()).map(jump).collect()
+}
+
+/// How much of each change is unknown: all of what stands out from the jitter nearby, and of jitter a share.
+fn unknown(jumps: &[f64], share: f64) -> Vec<f64> {
+    let of = |k: usize| {
+        let mut near = jumps[k.saturating_sub(JITTERING)..(k + JITTERING + 1).min(jumps.len())].to_vec();
+        let jitter = jumps[k].min(MOST_JITTER * median(&mut near).unwrap_or(0.0));
+        jumps[k] - (1.0 - share) * jitter
+    };
+    (0..jumps.len()).map(of).collect()
 }
 
 #[cfg(test)]

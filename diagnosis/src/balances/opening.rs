@@ -4,7 +4,7 @@ use super::valve::{Places, Travel, places};
 use crate::data::record::Record;
 use plant_model::dead_zone::DeadZone;
 use plant_model::valve_flow::Opening;
-use plant_model::{OpeningCurve, OpeningPiece, Plant, Side};
+use plant_model::{OpeningCurve, OpeningPiece, OpeningPoints, Plant, Side};
 use std::sync::Arc;
 
 /// The parameters that the openings depend on.
@@ -89,6 +89,23 @@ pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) 
     })
 }
 
+/// By how much the monotone cubic through the points of a table differs from straight lines, with the signs of the openings; `None`
+/// without a table.
+pub(super) fn bends(record: &Record, plant: &Plant<f64>) -> Option<Openings> {
+    let Some(OpeningCurve::Points(points)) = plant.opening_curve() else { return None };
+    let [straight, cubic] =
+        [0.0, 1.0].map(|smoothness| Characteristic::through(plant, &points.with_smoothness(smoothness)));
+    let (mut near, places) = (0, places(record, plant, None));
+    Some(Openings::averaged(&places, record, plant.exhaust_zone().is_some(), |part| {
+        let bend = |w: f64| {
+            let on = straight.on(w, near);
+            near = on.piece;
+            (cubic.magnitude(on) - straight.magnitude(on)).abs()
+        };
+        signed(&plant.opening_by(places.parts[part].0, bend))
+    }))
+}
+
 /// Changes from some openings to others.
 pub(super) fn changes([from, to]: [&Openings; 2]) -> Openings {
     let change = |side: Side| to.of(side).iter().zip(from.of(side)).map(|(to, from)| to - from).collect();
@@ -126,11 +143,15 @@ struct On {
 
 impl<'a> Characteristic<'a> {
     fn of(plant: &'a Plant<f64>) -> Self {
-        let pieces = match plant.opening_curve() {
-            Some(OpeningCurve::Points(points)) => [false, true].map(|positive| points.pieces(positive).collect()),
-            _ => [Vec::new(), Vec::new()],
-        };
-        Self { plant, pieces }
+        match plant.opening_curve() {
+            Some(OpeningCurve::Points(points)) => Self::through(plant, points),
+            _ => Self { plant, pieces: [Vec::new(), Vec::new()] },
+        }
+    }
+
+    /// Of a plant's valve with other points, or another curve through its own.
+    fn through(plant: &'a Plant<f64>, points: &OpeningPoints<f64>) -> Self {
+        Self { plant, pieces: [false, true].map(|positive| points.pieces(positive).collect()) }
     }
 
     /// The opening with the spool at a place in V, beginning on a piece nearby: spools move slowly. And where on the curve the

@@ -10,8 +10,8 @@ use crate::data::command::{FasterLoop, Missing};
 use crate::data::grid::{self, Between};
 use crate::data::record::Record;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::Parameter;
-use plant_model::{Effect, Plant};
+use crate::model::parameter::{Parameter, Slot};
+use plant_model::{Effect, Place, Plant};
 use rayon::prelude::*;
 use rig_files::RigFile;
 
@@ -183,6 +183,12 @@ impl Rows<'_> {
         if let Some(Moved { share, .. }) = moved {
             between::doubts(&mut record, plant, share);
         }
+        // Where the rig file says how the curve runs between its points, it does.
+        let is_open =
+            |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == Place::opening_smoothness.key().path);
+        if self.nominal.iter().any(is_open) {
+            between::doubt_the_curve(&mut record, plant);
+        }
         record
     }
 
@@ -203,7 +209,6 @@ mod tests {
     use crate::balances::simulated::{add_noise, every_other, simulated};
     use crate::data::prepare::prepare;
     use crate::model::nominal::nominal_parameters;
-    use crate::model::parameter::Slot;
     use rand::SeedableRng;
     use rand::distr::{Distribution, StandardUniform};
     use rand::rngs::Xoshiro256PlusPlus;
