@@ -190,6 +190,44 @@ mod tests {
     }
 
     #[test]
+    fn of_jitter_a_share_is_unknown_and_of_what_stands_out_all() {
+        let mut changes = [0.1; 40];
+        changes[20] = 2.0;
+        let of = unknown(&changes, 0.25);
+        assert!((of[5] - 0.025).abs() < 1.0e-12 && (of[20] - (2.0 - 0.75 * 0.3)).abs() < 1.0e-12, "{of:?}");
+        // A command that rests, and steps once.
+        let mut rests = [0.0; 40];
+        rests[19..22].fill(2.0);
+        assert_eq!(unknown(&rests, 0.25), rests);
+    }
+
+    #[test]
+    fn a_lagging_spool_spreads_what_a_jump_leaves_unknown_over_the_rows_behind_and_takes_nothing_of_it() {
+        let file = RigFile::paper_c();
+        let step = |t_s: f64| if t_s < 1.0 { 0.0 } else { 2.0 };
+        let log = every_other(&simulated(&file, &file.effects, 2001, step));
+        // Pressures held where they are at the step, so that a flow counts the same later.
+        let rest = |column: &Option<Vec<f64>>| column.as_ref().map(|p_pa| vec![p_pa[400]; p_pa.len()]);
+        let log = rig_files::Log {
+            y_m: vec![log.y_m[400]; log.y_m.len()],
+            p_a_pa: rest(&log.p_a_pa),
+            p_b_pa: rest(&log.p_b_pa),
+            ..log
+        };
+        let [at_once, lagging] = [0.0, 0.009].map(|lag_s| {
+            let plant =
+                Plant::new(&file.rig, &plant_model::Effects::none().with(plant_model::Effect::ValveLag, &[lag_s]));
+            let mut record = refined(prepare(&log, &file), Between::Held);
+            doubts(&mut record, &plant.expect("a sound rig"), 1.0);
+            record.doubt_a_pa
+        });
+        let most = |doubts: &[f64]| doubts.iter().fold(0.0_f64, |most, doubt| most.max(*doubt));
+        let all = |doubts: &[f64]| doubts.iter().map(|doubt| doubt * doubt).sum::<f64>();
+        assert!(most(&lagging) < 0.75 * most(&at_once), "{} {}", most(&lagging), most(&at_once));
+        assert!((all(&lagging) / all(&at_once) - 1.0).abs() < 0.01, "{} {}", all(&lagging), all(&at_once));
+    }
+
+    #[test]
     fn the_mean_of_a_pressure_between_rows_is_known_with_its_bends() {
         let file = RigFile::paper_c();
         // A command for two milliseconds each, and a row of the log when it changes.

@@ -209,6 +209,9 @@ mod tests {
     use crate::balances::simulated::{add_noise, every_other, simulated};
     use crate::data::prepare::prepare;
     use crate::model::nominal::nominal_parameters;
+    use crate::validate::closure::misfit_of;
+    use core::f64::consts::PI;
+    use plant_model::OpeningTable;
     use rand::SeedableRng;
     use rand::distr::{Distribution, StandardUniform};
     use rand::rngs::Xoshiro256PlusPlus;
@@ -248,5 +251,38 @@ mod tests {
         let (as_read, on_the_line) = (off(&read), off(&line));
         // 3.5 % too large, and by the line 16 %.
         assert!(as_read < 0.0625 && on_the_line > 0.1, "{as_read} {on_the_line}");
+    }
+    #[test]
+    fn another_curve_between_the_points_of_a_table_than_lines_or_the_cubic_is_like_noise_unless_the_curve_is_stated() {
+        let mut file = RigFile::paper_c();
+        file.tolerance.default = 0.02;
+        // Every second point of a curve that waves between them.
+        let opening = |u: f64| (0.5 * PI * u / 5.0).sin().powi(2).copysign(u) + 0.006 * (PI * u).sin();
+        let points: Vec<[f64; 2]> = (-15..=15).map(|k| f64::from(k) / 3.0).map(|u| [u, opening(u)]).collect();
+        let every_third: Vec<[f64; 2]> = points.iter().copied().step_by(3).collect();
+        let at = |points: &[[f64; 2]]| OpeningTable::new(points).expect("a table");
+        (file.rig.valve.dead_zone_left_v, file.rig.valve.dead_zone_right_v) = (0.0, 0.0);
+        file.rig.opening = at(&points);
+        let command = |t_s: f64| 1.5 * (3.0 * t_s).sin() + 0.7 * (17.0 * t_s).sin();
+        let mut log = simulated(&file, &plant_model::Effects::none(), 8_001, command);
+        add_noise(&mut log, 5.0e-6, 300.0);
+        file.rig.opening = at(&every_third);
+        let rows = prepare(&log, &file);
+        let judgeable = judgeable(&rows);
+        let misfits = [false, true].map(|is_stated| {
+            let mut file = file.clone();
+            if is_stated {
+                file.tolerance.set(Place::opening_smoothness.key().path, 0.0);
+            }
+            let nominal = nominal_parameters(&file, judgeable, false, &rows.u_v);
+            let between = Rows { rig: &file, rows: &rows, judgeable, nominal: &nominal };
+            let record = between.held(&Hypothesis::null(&nominal)).expect("a rig that can be simulated");
+            let (signals, effort) = (Signals::default(), Effort::default());
+            let problem = Problem::new((&file, &record), between.air(), &nominal, (&signals, &effort));
+            let fit = problem.fit(Hypothesis::null(&nominal), constants::iterations()).expect("a fit");
+            [Channel::PressureA, Channel::PressureB].map(|channel| misfit_of(&problem, &fit, channel))
+        });
+        assert!(misfits[0].iter().all(|misfit| *misfit < 1.1), "{misfits:?}");
+        assert!(misfits[1].iter().any(|misfit| *misfit > 1.25), "{misfits:?}");
     }
 }

@@ -49,13 +49,13 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         ),
         Verdict::NoGap if !predicts(diagnosis) => (
             Tone::Good,
-            "No gap: within the stated tolerance of its values, every equation of the rig file holds on this log to within its \
-             noise."
+            "No gap: with values that their stated tolerance makes likely, every equation of the rig file holds on this log to \
+             within its noise."
                 .to_string(),
         ),
         Verdict::NoGap => (
             Tone::Good,
-            "No gap: within the stated tolerance of its values, the rig file predicts this log as well as its noise \
+            "No gap: with values that their stated tolerance makes likely, the rig file predicts this log as well as its noise \
              allows."
                 .to_string(),
         ),
