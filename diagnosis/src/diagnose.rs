@@ -161,7 +161,14 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         kept = problem.with_errors(kept);
     }
     let likely = judgement.leads.is_empty() || verdict::is_likely_rig(&kept);
-    let closed = likely && (holds || nearest.as_ref().is_none_or(|(gain, _)| gain.closed()));
+    let predicted = nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
+    // Values that only the part held back tells, as openings that the valve has nowhere else, may be as stated or not.
+    let by_all = || {
+        let asked = judgement.open == 0 && kept.hypothesis.effects.is_empty();
+        let all = asked.then(|| closure::held_by_all(problem, &kept)).flatten();
+        all.is_some_and(|fit| verdict::is_likely_rig(&fit) && verdict::closes(problem, &fit))
+    };
+    let closed = likely && (holds || predicted || by_all());
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     if !closed {
         judgement.doubt(&found.unrivalled);

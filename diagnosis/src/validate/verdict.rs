@@ -155,7 +155,7 @@ fn chi_squared(count: f64, standard_deviations: f64) -> f64 {
 }
 
 /// Whether the whole model predicts the part held back as well as noise allows.
-fn closes(problem: &Problem<'_>, fit: &Fit) -> bool {
+pub(crate) fn closes(problem: &Problem<'_>, fit: &Fit) -> bool {
     let predicted = Comparison::new(problem, None, fit).and_then(|models| models.gain(HORIZON_S));
     predicted.is_none_or(|(gain, _)| gain.closed())
 }
