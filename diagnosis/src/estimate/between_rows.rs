@@ -256,7 +256,7 @@ mod tests {
     fn another_curve_between_the_points_of_a_table_than_lines_or_the_cubic_is_like_noise_unless_the_curve_is_stated() {
         let mut file = RigFile::paper_c();
         file.tolerance.default = 0.02;
-        // Every second point of a curve that waves between them.
+        // Every third point of a curve that waves between them.
         let opening = |u: f64| (0.5 * PI * u / 5.0).sin().powi(2).copysign(u) + 0.006 * (PI * u).sin();
         let points: Vec<[f64; 2]> = (-15..=15).map(|k| f64::from(k) / 3.0).map(|u| [u, opening(u)]).collect();
         let every_third: Vec<[f64; 2]> = points.iter().copied().step_by(3).collect();
