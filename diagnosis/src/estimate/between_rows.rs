@@ -10,7 +10,7 @@ use crate::data::command::{FasterLoop, Missing};
 use crate::data::grid::{self, Between};
 use crate::data::record::Record;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::{Parameter, Slot};
+use crate::model::parameter::Parameter;
 use plant_model::{Effect, Place, Plant};
 use rayon::prelude::*;
 use rig_files::RigFile;
@@ -184,9 +184,8 @@ impl Rows<'_> {
             between::doubts(&mut record, plant, share);
         }
         // Where the rig file says how the curve runs between its points, it does.
-        let is_open =
-            |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == Place::opening_smoothness.key().path);
-        if self.nominal.iter().any(is_open) {
+        let curve = Some(Place::opening_smoothness.key().path);
+        if self.nominal.iter().any(|p| p.slot.stated_key() == curve) {
             between::doubt_the_curve(&mut record, plant);
         }
         record
@@ -209,6 +208,7 @@ mod tests {
     use crate::balances::simulated::{add_noise, every_other, simulated};
     use crate::data::prepare::prepare;
     use crate::model::nominal::nominal_parameters;
+    use crate::model::parameter::Slot;
     use crate::validate::closure::misfit_of;
     use core::f64::consts::PI;
     use plant_model::OpeningTable;
@@ -252,6 +252,7 @@ mod tests {
         // 3.5 % too large, and by the line 16 %.
         assert!(as_read < 0.0625 && on_the_line > 0.1, "{as_read} {on_the_line}");
     }
+
     #[test]
     fn another_curve_between_the_points_of_a_table_than_lines_or_the_cubic_is_like_noise_unless_the_curve_is_stated() {
         let mut file = RigFile::paper_c();
