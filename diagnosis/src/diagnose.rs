@@ -64,7 +64,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     // With less noise, once a fit has told so.
     let mut record = reading.clone();
     let effort = Effort::default();
-    let mut reconsidered = [false; 3];
+    let mut asked = Asked::default();
     // Where a search begins: causes found under another reading of the rows are most of the way.
     let mut begin: Option<Hypothesis> = None;
     loop {
@@ -72,14 +72,17 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         let signals = Signals::default();
         let problem = Problem::new((rig, &record), judgeable, &corrected, (&signals, &effort));
         let mut problem = Problem { terms: &library, ..problem };
-        if !reconsidered[0]
+        if !asked.nominal_noise
             && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
         {
-            reconsidered[0] = true;
-            let gauge = || gauges::chambers_as_gauge(rig, log, (judgeable, &corrected), &fit.hypothesis);
-            let shifted = || clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis);
-            if let Some(found) = gauge().or_else(shifted) {
-                return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
+            asked.nominal_noise = true;
+            if !asked.mapping {
+                asked.mapping = true;
+                let gauge = || gauges::chambers_as_gauge(rig, log, (judgeable, &corrected), &fit.hypothesis);
+                let shifted = || clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis);
+                if let Some(found) = gauge().or_else(shifted) {
+                    return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
+                }
             }
             if let Some(quieter) = noise_level::quieter(&problem, &fit) {
                 record = quieter;
@@ -87,41 +90,95 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             }
         }
         // A fit can only fail on a rig that cannot be simulated, which was checked above.
-        let Some(found) = search::search(&mut problem, &nominal, begin.take(), progress) else {
+        let Some(selected) = search::select(&mut problem, &nominal, begin.take(), progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
-        if !reconsidered[1]
+        let fit = selected.fit();
+        if let Some(again) = asked.again(&between_rows, &reading, &problem, fit) {
+            begin = Some(fit.hypothesis.clone());
+            again.take_over(&mut reading, &mut record);
+            continue;
+        }
+        let found = search::compare(&problem, selected, progress);
+        if asked.readings == 0
             && record.command_moved()
             && (found.best.hypothesis.effects.is_empty() || beyond_noise(&problem, &found.best))
             && let Some((held, cause)) = held_with_a_cause(&between_rows, &problem, &found.best.hypothesis)
         {
             begin = Some(cause);
-            reading = held;
-            (record, reconsidered) = (reading.clone(), [false, true, reconsidered[2]]);
+            asked.read(MOST_READINGS);
+            Again::Reading(held).take_over(&mut reading, &mut record);
             continue;
         }
-        // What the causes explain may have looked like a command that moved between rows, or the other way round, or by more than it
-        // did; or like noise.
-        if !found.best.hypothesis.effects.is_empty() {
-            let best = &found.best.hypothesis;
-            if !reconsidered[1]
-                && let Some(again) = between_rows.other_than(&reading, best)
-            {
-                begin = Some(best.clone());
-                reading = again;
-                (record, reconsidered) = (reading.clone(), [false, true, reconsidered[2]]);
-                continue;
-            }
-            if !reconsidered[2]
-                && let Some(quieter) = noise_level::quieter(&problem, &found.best)
-            {
-                begin = Some(found.best.hypothesis.clone());
-                (record, reconsidered) = (quieter, [true; 3]);
-                continue;
-            }
+        if let Some(again) = asked.again(&between_rows, &reading, &problem, &found.best) {
+            begin = Some(found.best.hypothesis.clone());
+            again.take_over(&mut reading, &mut record);
+            continue;
         }
         progress("hold-out");
         return Ok(conclude(&problem, found));
+    }
+}
+
+/// How often the rows are read again by the causes found: by those selected, and by what comparing them with others makes of them.
+const MOST_READINGS: usize = 2;
+
+/// What was asked already, so that it is asked no more than once of the same causes.
+#[derive(Default)]
+struct Asked {
+    /// Whether a mistake of the mapping shows once nominal values are corrected.
+    mapping: bool,
+    /// Whether sensors have less noise with the nominal values corrected, and with causes.
+    nominal_noise: bool,
+    noise: bool,
+    /// How often the rows were read again.
+    readings: usize,
+    /// The causes by which they were last asked for.
+    read_by: Vec<Effect>,
+}
+
+/// The rows read another way, or as before with less noise.
+enum Again {
+    Reading(Record),
+    Noise(Record),
+}
+
+impl Again {
+    fn take_over(self, reading: &mut Record, record: &mut Record) {
+        match self {
+            Self::Reading(again) => (*reading, *record) = (again.clone(), again),
+            Self::Noise(quieter) => *record = quieter,
+        }
+    }
+}
+
+impl Asked {
+    /// The rows are read again: then their noise is asked for again, first with the nominal values.
+    fn read(&mut self, readings: usize) {
+        self.readings += readings;
+        (self.nominal_noise, self.noise) = (false, false);
+    }
+
+    /// What causes explain may have looked like a command that moved between rows, or the other way round, or by more than it did; or
+    /// like noise.
+    fn again(&mut self, rows: &Rows<'_>, reading: &Record, problem: &Problem<'_>, fit: &Fit) -> Option<Again> {
+        let causes = &fit.hypothesis;
+        if causes.effects.is_empty() {
+            return None;
+        }
+        if self.readings < MOST_READINGS && causes.effects != self.read_by {
+            self.read_by.clone_from(&causes.effects);
+            if let Some(again) = rows.other_than(reading, causes) {
+                self.read(1);
+                return Some(Again::Reading(again));
+            }
+        }
+        if self.noise {
+            return None;
+        }
+        let quieter = noise_level::quieter(problem, fit)?;
+        self.noise = true;
+        Some(Again::Noise(quieter))
     }
 }
 

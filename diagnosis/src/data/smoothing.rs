@@ -56,14 +56,14 @@ pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: Reach) -> Smoothed {
         let low = first.min(k.saturating_sub(reach.least));
         let high = end.max(k + reach.least + 1).min(signal.len());
         let scale = ((t_s[high - 1] - t_s[low]) * 0.5).max(1.0e-12);
-        let mut s = [0.0f64; 5];
+        let inverse = 1.0 / scale;
+        let mut s = [(high - low) as f64, 0.0, 0.0, 0.0, 0.0];
         let mut b = [0.0f64; 3];
-        for i in low..high {
-            let x = (t_s[i] - t_s[k]) / scale;
+        for (t, value) in t_s[low..high].iter().zip(&signal[low..high]) {
+            let x = (t - t_s[k]) * inverse;
             // Differences to the centre keep the sums well conditioned.
-            let d = signal[i] - signal[k];
+            let d = value - signal[k];
             let x2 = x * x;
-            s[0] += 1.0;
             s[1] += x;
             s[2] += x2;
             s[3] += x2 * x;
@@ -74,7 +74,7 @@ pub(crate) fn parabola(t_s: &[f64], signal: &[f64], reach: Reach) -> Smoothed {
         }
         let (value, slope) = solve(&s, &b);
         out.value.push(signal[k] + value);
-        out.slope.push(slope / scale);
+        out.slope.push(slope * inverse);
     }
     out
 }

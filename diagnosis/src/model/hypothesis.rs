@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use plant_model::effects::identification::StandsFor;
 use plant_model::similarity::size_exponent;
 use plant_model::{Effect, Effects, Plant, hose};
-use rig_files::RigFile;
+use rig_files::{RigFile, RigKey};
 
 /// The parameter vector of a set of effects with its values.
 #[derive(Clone, Debug, Default)]
@@ -176,7 +176,7 @@ impl Hypothesis {
         for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
             let exponent = match parameter.slot {
                 Slot::Nominal(key) => {
-                    keys.iter().find(|(path, _)| *path == key.path).map_or(0, |(_, exponent)| *exponent)
+                    keys.iter().find(|(path, _)| names(path, key)).map_or(0, |(_, exponent)| *exponent)
                 }
                 Slot::Effect(other, index) | Slot::Stated(other, index) => {
                     other.identification().length_exponents[index]
@@ -435,6 +435,11 @@ impl Hypothesis {
     }
 }
 
+/// Whether a path names a key, or the key of both sides that it is one of.
+fn names(path: &str, key: &RigKey) -> bool {
+    key.path == path || key.both_sides().is_some_and(|both| both.path == path)
+}
+
 /// Whether a parameter corrects the value of one side of the rig that an effect changes on both.
 fn is_side_of(parameter: &Parameter, stands_for: &StandsFor) -> bool {
     matches!(parameter.slot, Slot::Nominal(key)
@@ -460,6 +465,21 @@ mod tests {
         assert_eq!(apart, [0.3, 0.1]);
         assert_eq!([0, 1].map(|index| h.open_side(&h.values, index, 0.01)), [1.0, -1.0]);
         assert_eq!([0, 1].map(|index| h.open_side(&apart, index, 0.01)), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_position_scale_takes_the_conductances_of_both_sides_with_it() {
+        let rig = RigFile::read(std::path::Path::new("../rigs/festo-dgc-25-500.toml")).expect("a shipped rig");
+        let nominal = crate::model::nominal::nominal_parameters(&rig, 0b0111, true, &[-5.0, 5.0]);
+        let effect = Effect::PositionScale;
+        let parameters = effect_parameters(&rig, effect, 0b0111, &Quality::default());
+        let with = Hypothesis::null(&nominal).with(effect, parameters, &[1.01], false);
+        let sides = ["a", "b"].map(|side| format!("valve.fill_conductance_{side}_m3_per_s_pa"));
+        for side in sides {
+            let of = |(p, _): &(&Parameter, &f64)| p.slot.stated_key() == Some(&side);
+            let (p, value) = with.parameters.iter().zip(&with.values).find(of).expect("corrected");
+            assert!((value * 1.01 / p.neutral - 1.0).abs() < 1e-9, "{side}: {value} {}", p.neutral);
+        }
     }
 
     #[test]

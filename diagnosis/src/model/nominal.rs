@@ -45,6 +45,9 @@ const CORRECTED: [(&str, Channels); 24] = [
 const SLOPES: [&str; 2] = ["valve.slope_right", "valve.slope_left"];
 /// By how much each hose throttles.
 const DIAMETERS: [&str; 2] = ["hose_a.diameter_m", "hose_b.diameter_m"];
+/// The piston's area, of both sides and of each.
+const AREA: &str = "cylinder.area_m2";
+const AREAS: [&str; 2] = ["cylinder.area_a_m2", "cylinder.area_b_m2"];
 const TEMPERATURE: &str = "gas.temperature_k";
 const SUPPLY: &str = "supply.pressure_pa";
 const ATMOSPHERE: &str = "supply.atmosphere_pa";
@@ -53,9 +56,11 @@ const ATMOSPHERE: &str = "supply.atmosphere_pa";
 /// far better than the default, and each is degenerate with others here.
 ///
 /// Of the bristles a log shows little, and only where the piston hardly moves.
-const CORRECTED_ON_REQUEST: [(&str, Channels); 10] = [
+const CORRECTED_ON_REQUEST: [(&str, Channels); 12] = [
     ("gas.heat_capacity_ratio", A | B),
-    ("cylinder.area_m2", A | B | Y),
+    (AREA, A | B | Y),
+    (AREAS[0], A | Y),
+    (AREAS[1], B | Y),
     ("load.inclination_deg", Y),
     ("hose_a.length_m", A),
     ("hose_b.length_m", B),
@@ -89,6 +94,13 @@ fn corrected(rig: &RigFile, key: &RigKey) -> Option<Channels> {
     (of(&CORRECTED).filter(|_| !stood_for(key))).or_else(|| of(&BY_PATH).filter(|_| by_path))
 }
 
+/// Whether the rig file says how well a key is known that is exact otherwise. Areas of which it says so side by side are known side by
+/// side: bore and rod are turned apart.
+fn is_requested(rig: &RigFile, path: &str) -> bool {
+    let by_side = || rig.tolerance.entries().any(|(key, _)| AREAS.contains(&key.path));
+    if path == AREA { !by_side() } else { !AREAS.contains(&path) || by_side() }
+}
+
 /// The tolerance of a value without an entry of its own. Weather is what it is; a gauge is no better than its class. A default
 /// of zero says that all values are exact, but for the setting of a regulator behind which the supply was measured.
 fn by_default(rig: &RigFile, path: &str, supply_measured: bool) -> f64 {
@@ -115,7 +127,7 @@ pub(crate) fn nominal_parameters(
     let mut out = Vec::new();
     for key in all_keys() {
         let default = corrected(rig, key);
-        let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path);
+        let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path && is_requested(rig, path));
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
             (Some(channels), _, own) => (channels, own.unwrap_or_else(|| by_default(rig, key.path, supply_measured))),
             (None, Some((_, channels)), Some(own)) => (*channels, own),
@@ -378,9 +390,8 @@ mod tests {
         for name in ["cushion_a.length_m", "cushion_b.length_m"] {
             rig_files::rig_key(name).expect("a key").set(&mut rig.rig, 0.02);
         }
-        // A value of both sides stands for either, but for the piston's area, which is corrected as one.
-        let areas = Place::area_m2.key();
-        let counts = |key: &&RigKey| key.sides.is_empty() && key.both_sides() != Some(areas) || *key == areas;
+        // A value of both sides stands for either, but for the piston's area, which is corrected as one where it is known as one.
+        let counts = |key: &&RigKey| key.sides.is_empty() || key.path == AREA;
         let keys: Vec<_> = all_keys().filter(counts).filter(|key| key.get(&rig.rig) != 0.0).collect();
         assert!(keys.len() > 20, "{}", keys.len());
         for key in keys {
@@ -391,6 +402,26 @@ mod tests {
                 .any(|p| p.slot == Slot::Nominal(key) && p.tolerance.is_some_and(|tolerance| tolerance > 0.0));
             assert_eq!(found, !exact.contains(&key.path), "{}", key.path);
         }
+    }
+
+    #[test]
+    fn areas_of_which_a_rig_file_says_how_well_each_is_known_are_corrected_side_by_side() {
+        let corrected = |stated: &[(&str, f64)]| {
+            let mut rig = RigFile::paper_a();
+            rig.rig.cylinder.area_b_m2 *= 0.8;
+            stated.iter().for_each(|(path, relative)| assert!(rig.tolerance.set(path, *relative)));
+            let all = nominal_parameters(&rig, A | B | Y, false, &[0.0]);
+            [AREA, AREAS[0], AREAS[1]].map(|path| {
+                let found = all.iter().find(|p| p.slot.stated_key() == Some(path));
+                found.and_then(|p| Some(((1.0e6 * p.tolerance? / p.neutral).round(), p.channels)))
+            })
+        };
+        assert_eq!(corrected(&[]), [None; 3]);
+        assert_eq!(corrected(&[(AREA, 0.01)]), [Some((1.0e4, A | B | Y)), None, None]);
+        let [a, b] = [Some((5.0e3, A | Y)), Some((2.0e4, B | Y))];
+        assert_eq!(corrected(&[(AREAS[0], 0.005), (AREAS[1], 0.02)]), [None, a, b]);
+        assert_eq!(corrected(&[(AREAS[1], 0.02)]), [None, None, b], "the other is exact");
+        assert_eq!(corrected(&[(AREA, 0.005), (AREAS[1], 0.02)]), [None, a, b]);
     }
 
     #[test]

@@ -1,4 +1,7 @@
 //! The order of the selection: forward selection, backward elimination, exchange, simplification, ties.
+//!
+//! In two parts: causes are found first, and then compared with others. What they tell of the rows may change all of it, and comparing
+//! is most of the work.
 
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
@@ -60,13 +63,29 @@ fn forward_selection(
     current
 }
 
-/// Searches for the causes of the gap, from causes found before if there are any. `progress` hears what is being done.
-pub(crate) fn search(
+/// Causes that were not yet compared with others.
+pub(crate) struct Selected {
+    null: Fit,
+    forward: Fit,
+    pruned: Pruned,
+    memory: Memory,
+}
+
+impl Selected {
+    /// The fit with all of them.
+    pub(crate) fn fit(&self) -> &Fit {
+        &self.pruned.fit
+    }
+}
+
+/// Selects causes of the gap, from causes found before if there are any; the problem's dispersion is then that of what they leave.
+/// `progress` hears what is being done.
+pub(crate) fn select(
     problem: &mut Problem<'_>,
     nominal: &Hypothesis,
     begin: Option<Hypothesis>,
     progress: &dyn Fn(&str),
-) -> Option<Found> {
+) -> Option<Selected> {
     let mut memory = Memory::default();
     progress("nominal model");
     let null = nominal_fit::fitted(problem, nominal)?;
@@ -113,6 +132,12 @@ pub(crate) fn search(
         let fit = forward_selection(problem, pruned.fit, constants::most_causes(), &mut memory, progress);
         pruned = Pruned::as_it_is(problem, fit);
     }
+    Some(Selected { null, forward, pruned, memory })
+}
+
+/// Compares the causes selected with others that explain the log as well, and leaves out what is needless.
+pub(crate) fn compare(problem: &Problem<'_>, selected: Selected, progress: &dyn Fn(&str)) -> Found {
+    let Selected { null, forward, pruned, mut memory } = selected;
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
     let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
@@ -125,5 +150,5 @@ pub(crate) fn search(
     let unrivalled = pairs.filter(|(_, found)| found.as_ref().is_some_and(|found| !found.searched)).map(|(e, _)| *e);
     let unrivalled = unrivalled.collect();
     let (ties, losses) = ties(problem, &best, alternatives);
-    Some(Found { null, forward, best, ties, losses, without, unrivalled, tried: memory.tried })
+    Found { null, forward, best, ties, losses, without, unrivalled, tried: memory.tried }
 }

@@ -157,6 +157,8 @@ fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 4]
     let reach = record.velocity_reach().samples(interval).max(2 * record.pressure_reach().samples(interval));
     let run_in = ((constants::run_in_s() / interval) as usize).max(reach + 1);
     let length = (horizon_s / interval) as usize;
+    // Most of the work is to run in: shorter predictions begin no more often.
+    let apart = length.max((HORIZON_S / interval) as usize);
     let rows = record.rows_in(stretch.range());
     let mut out = Vec::new();
     let mut start = reach + run_in;
@@ -165,7 +167,7 @@ fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 4]
         if !record.at_end[from..end].iter().any(|at_end| *at_end) {
             out.push([from, rows[start - run_in], rows[start], end]);
         }
-        start += length;
+        start += apart;
     }
     out
 }
