@@ -147,8 +147,8 @@ pub(crate) fn nominal_parameters(
         let farthest =
             if flow || hose { constants::weather_farthest() } else { constants::farthest_nominal() } * tolerance;
         if tolerance > 0.0 && channels & judgeable != 0 {
-            // No value changes its sign: that is another rig.
-            let [near, far] = [0.3, 3.0].map(|factor| factor * nominal);
+            // No value changes its sign: that is another rig. Bristles known to 40 or 50 %, as data of seals differ, may be a tenth as stiff.
+            let [near, far] = [0.1, 3.0].map(|factor| factor * nominal);
             out.push(Parameter {
                 slot: Slot::Nominal(key),
                 neutral: nominal,
