@@ -525,7 +525,7 @@ constants! {
             "What the extended rig should have besides is looked for with so much more.",
             "4 s of one core";
         level_step: f64 = 1.04, "",
-            "The static friction of an extended rig is looked for in steps of this factor.",
+            "Static friction and stiffness of the bristles are looked for in steps of this factor.",
             "valleys between breakaways are a few percent wide: the grid of the effect's own file";
         everyday: f64 = 0.2, "scales",
             "Standard deviation of what a rig has of each everyday effect, for the extended rig's fit.",
