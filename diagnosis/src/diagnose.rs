@@ -76,8 +76,8 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
         {
             asked.nominal_noise = true;
-            if !asked.mapping {
-                asked.mapping = true;
+            // A mistake of the mapping does not depend on how rows are read.
+            if asked.readings == 0 {
                 let gauge = || gauges::chambers_as_gauge(rig, log, (judgeable, &corrected), &fit.hypothesis);
                 let shifted = || clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis);
                 if let Some(found) = gauge().or_else(shifted) {
@@ -126,8 +126,6 @@ const MOST_READINGS: usize = 2;
 /// What was asked already, so that it is asked no more than once of the same causes.
 #[derive(Default)]
 struct Asked {
-    /// Whether a mistake of the mapping shows once nominal values are corrected.
-    mapping: bool,
     /// Whether sensors have less noise with the nominal values corrected, and with causes.
     nominal_noise: bool,
     noise: bool,

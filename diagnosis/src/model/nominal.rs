@@ -94,11 +94,15 @@ fn corrected(rig: &RigFile, key: &RigKey) -> Option<Channels> {
     (of(&CORRECTED).filter(|_| !stood_for(key))).or_else(|| of(&BY_PATH).filter(|_| by_path))
 }
 
-/// Whether the rig file says how well a key is known that is exact otherwise. Areas of which it says so side by side are known side by
-/// side: bore and rod are turned apart.
-fn is_requested(rig: &RigFile, path: &str) -> bool {
+/// Whether a key stands for a value as the rig file says how well it is known: areas are one value, unless a side has an entry of its
+/// own. Bore and rod are turned apart.
+fn stands_alone(rig: &RigFile, path: &str) -> bool {
     let by_side = || rig.tolerance.entries().any(|(key, _)| AREAS.contains(&key.path));
-    if path == AREA { !by_side() } else { !AREAS.contains(&path) || by_side() }
+    match path {
+        AREA => !by_side(),
+        side if AREAS.contains(&side) => by_side(),
+        _ => true,
+    }
 }
 
 /// The tolerance of a value without an entry of its own. Weather is what it is; a gauge is no better than its class. A default
@@ -127,7 +131,7 @@ pub(crate) fn nominal_parameters(
     let mut out = Vec::new();
     for key in all_keys() {
         let default = corrected(rig, key);
-        let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path && is_requested(rig, path));
+        let request = CORRECTED_ON_REQUEST.iter().find(|(path, _)| *path == key.path && stands_alone(rig, path));
         let (channels, relative) = match (default, request, rig.tolerance.own(key.path)) {
             (Some(channels), _, own) => (channels, own.unwrap_or_else(|| by_default(rig, key.path, supply_measured))),
             (None, Some((_, channels)), Some(own)) => (*channels, own),

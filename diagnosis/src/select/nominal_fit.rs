@@ -6,7 +6,8 @@ use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::{Parameter, Slot};
+use crate::model::parameter::Slot;
+use plant_model::Place;
 use rayon::prelude::*;
 
 /// A minimum beside the truth leaves most of what it leaves for nothing: less than this part is left where mechanics begin by momentum. Of three
@@ -41,7 +42,7 @@ fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
     problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
 }
 
-/// A fit that begins with the static friction at which mechanics cost least, after something `changed` in some channels.
+/// A fit that begins with the static friction, and the stiffness of the bristles, at which mechanics cost least, after something `changed` in some channels.
 pub(super) fn from_best_breakaway(
     problem: &Problem<'_>,
     hypothesis: Hypothesis,
@@ -51,24 +52,19 @@ pub(super) fn from_best_breakaway(
     problem.refit(best_breakaway(problem, hypothesis), changed, iterations)
 }
 
-/// What says when a piston breaks away, by its key.
-const STATIC_N: &str = "friction.static_n";
-const STIFFNESS_N_PER_M: &str = "friction.stiffness_n_per_m";
-
 /// The same hypothesis with the static friction at which mechanics cost least, and with such a stiffness of the bristles where that is
 /// open: sliding says little of them, and a fit does not come from one valley to another.
 fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
-    let mut best = best_level(problem, hypothesis, STATIC_N);
-    let before = best.clone();
-    best = best_level(problem, best, STIFFNESS_N_PER_M);
+    let by_level = best_level(problem, hypothesis, Place::static_n);
+    let best = best_level(problem, by_level.clone(), Place::stiffness_n_per_m);
     // How much force there is before the piston slides depends on both.
-    if best.values == before.values { best } else { best_level(problem, best, STATIC_N) }
+    if best.values == by_level.values { best } else { best_level(problem, best, Place::static_n) }
 }
 
 /// The same hypothesis with the level of a value at which mechanics cost least.
-fn best_level(problem: &Problem<'_>, hypothesis: Hypothesis, path: &str) -> Hypothesis {
-    let of = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.path == path);
-    let Some(place) = hypothesis.parameters.iter().position(of) else { return hypothesis };
+fn best_level(problem: &Problem<'_>, hypothesis: Hypothesis, of: Place) -> Hypothesis {
+    let slot = Slot::Nominal(of.key());
+    let Some(place) = hypothesis.parameters.iter().position(|p| p.slot == slot) else { return hypothesis };
     let p = hypothesis.parameters[place];
     // Of what is positive levels are a factor apart, whatever its unit.
     let least = p.min.max(1.0e-3 * p.neutral);
@@ -106,13 +102,13 @@ mod tests {
     fn bristles_a_third_as_stiff_as_stated_are_found_from_the_stated_stiffness() {
         let mut stated = RigFile::paper_a();
         let open = [
-            (STIFFNESS_N_PER_M, 0.4),
-            ("friction.damping_n_s_per_m", 0.4),
-            ("friction.breakaway_m", 0.4),
-            ("friction.coulomb_n", 0.25),
-            (STATIC_N, 0.25),
+            (Place::stiffness_n_per_m, 0.4),
+            (Place::damping_n_s_per_m, 0.4),
+            (Place::breakaway_m, 0.4),
+            (Place::coulomb_n, 0.25),
+            (Place::static_n, 0.25),
         ];
-        open.into_iter().for_each(|(path, tolerance)| assert!(stated.tolerance.set(path, tolerance)));
+        open.into_iter().for_each(|(of, tolerance)| assert!(stated.tolerance.set(of.key().path, tolerance)));
         let mut rig = stated.clone();
         let f = &mut rig.rig.friction;
         (f.stiffness_n_per_m, f.damping_n_s_per_m) = (0.35 * f.stiffness_n_per_m, 0.6 * f.damping_n_s_per_m);
@@ -125,9 +121,8 @@ mod tests {
         let (signals, effort) = (Signals::default(), Effort::default());
         let problem = Problem::new((&stated, &record), judgeable(&record), &nominal, (&signals, &effort));
         let fit = fitted(&problem, &Hypothesis::null(&nominal)).expect("a rig that can be simulated");
-        let of = |p: &Parameter| p.slot.stated_key() == Some(STIFFNESS_N_PER_M);
-        let place = fit.hypothesis.parameters.iter().position(of).expect("open");
-        let part = fit.hypothesis.values[place] / rig.rig.friction.stiffness_n_per_m;
+        let found = fit.hypothesis.value(Slot::Nominal(Place::stiffness_n_per_m.key())).expect("open");
+        let part = found / rig.rig.friction.stiffness_n_per_m;
         let misfit = fit.channel_cost[Channel::Position as usize] / problem.noise_cost(Channel::Position.bit());
         // 0.96 and 1.03; begun at the stiffness stated 2.0 and 10.
         assert!((part - 1.0).abs() < 0.1 && misfit < 1.1, "{part} {misfit}");
