@@ -40,7 +40,7 @@ struct Motion<'a> {
     timing: Timing,
     /// One over the standard deviation of an error, 1/m.
     inverse_sigma: f64,
-    /// Up to this speed the piston may be at rest, m/s.
+    /// Up to this speed the piston may be at rest, m/s; a true one, as those it is compared with.
     at_rest: f64,
     /// What is shown at the position zero: subtracted to turn a difference of shown positions into one of true positions.
     zero: f64,
@@ -77,7 +77,7 @@ impl<'a> Motion<'a> {
             added_n,
             timing: Timing::of(plant),
             inverse_sigma: 1.0 / (sigma * record.observer_noise),
-            at_rest: at_rest_m_per_s(record),
+            at_rest: plant.true_position_m(at_rest_m_per_s(record)) - plant.true_position_m(0.0),
             zero: plant.true_position_m(0.0),
             stretch: Stretch { start: 0, end: 0, held_back: false },
             first,

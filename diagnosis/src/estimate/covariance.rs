@@ -6,7 +6,7 @@ use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::Slot;
+use crate::model::parameter::{Parameter, Slot};
 use nalgebra::{DMatrix, DVector};
 use plant_model::{Effect, Side};
 
@@ -42,11 +42,11 @@ impl Problem<'_> {
             }
             meat += &score * score.transpose();
         }
-        for i in 0..n {
-            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
-                meat[(i, i)] += (hypothesis.parameters[i].scale / tolerance).powi(2);
-            }
-        }
+        let stated = |p: &Parameter| p.tolerance.map_or(0.0, |tolerance| (p.scale / tolerance).powi(2));
+        let prior = DMatrix::from_diagonal(&DVector::from_iterator(n, hypothesis.parameters.iter().map(stated)));
+        let told = self.told(&fit);
+        let matrix = &told * (matrix - &prior) * &told + &prior;
+        let meat = &told * meat * &told + &prior;
         let measured = self.measured_curvature(&fit, &matrix);
         let [matrix, meat] = [matrix, meat].map(|of| measured.transpose() * of * &measured);
         if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {

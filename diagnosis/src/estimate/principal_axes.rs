@@ -3,8 +3,8 @@
 //! There the derivatives by single parameters nearly cancel. What a difference quotient leaves of each, by curvature and by
 //! breakaways that move to another moment, does not cancel and passes for information: a fit stops half-way along a valley, with
 //! standard errors far too small. So the cost itself is looked at, along the eigenvectors of the normal matrix (the principal axes
-//! of Brent 1973) with steps as long as their standard deviations, and along the direction of similarity
-//! ([`plant_model::similarity`]), which no log shows at all.
+//! of Brent 1973) with steps as long as their standard deviations, and along the directions that no log shows at all, such as that
+//! of similarity ([`plant_model::similarity`]).
 
 use super::derivatives::Jacobian;
 use super::likelihood::Residuals;
@@ -15,6 +15,10 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
+
+/// A cost that rises along a direction by no more than this, over what tolerances make of it, is not told by the log. Parabolas through
+/// factors are off by hundredths.
+const UNTOLD: f64 = 1.2;
 
 /// A direction in parameters' scales, of length one, and the step along it at which the cost is looked at.
 struct Axis {
@@ -137,6 +141,22 @@ impl Problem<'_> {
         steps.filter_map(at).find(|curvature| *curvature > 0.0)
     }
 
+    /// The projection of the parameters away from the directions that no log shows. Difference quotients that nearly cancel there
+    /// tell nothing, whatever their sum. A direction along which the cost rises by more than tolerances make it does show: so it is
+    /// where something that belongs to it is not free.
+    pub(super) fn told(&self, fit: &Fit) -> DMatrix<f64> {
+        let n = fit.hypothesis.values.len();
+        let mut projection = DMatrix::<f64>::identity(n, n);
+        for axis in untold(&fit.hypothesis) {
+            let known = axis.step.powi(-2);
+            if self.curvature_along(fit, &axis).is_some_and(|curvature| curvature < UNTOLD * known) {
+                let across = (&projection * axis.direction).normalize();
+                projection -= &across * across.transpose();
+            }
+        }
+        projection
+    }
+
     /// A transformation `T` of the parameters after which the normal matrix `H` of a fit, as `T' H T`, has the curvature of the cost
     /// along its flat axes.
     pub(super) fn measured_curvature(&self, fit: &Fit, matrix: &DMatrix<f64>) -> DMatrix<f64> {
@@ -193,21 +213,71 @@ fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
     };
     let mut axes: Vec<Axis> = pairs.map(axis).filter(|axis| axis.step > constants::step_smooth()).collect();
     axes.sort_by(|a, b| a.step.total_cmp(&b.step));
-    if let Some(similar) = hypothesis.direction_of_similarity() {
-        let direction = similar.normalize();
-        // What is known of the nominal values is all that is known along it.
+    axes.extend(untold(hypothesis));
+    axes
+}
+
+/// The directions that no log shows, with steps of a standard deviation: what is known of the nominal values is all that is known
+/// along them.
+fn untold(hypothesis: &Hypothesis) -> Vec<Axis> {
+    let axis = |along: DVector<f64>| {
+        let direction = along.normalize();
         let known = |(parameter, d): (&Parameter, &f64)| Some((d * parameter.scale / parameter.tolerance?).powi(2));
         let curvature: f64 = hypothesis.parameters.iter().zip(&direction).filter_map(known).sum();
-        if curvature > 0.0 {
-            axes.push(Axis { direction, step: 1.0 / curvature.sqrt() });
-        }
-    }
-    axes
+        (curvature > 0.0).then(|| Axis { direction, step: 1.0 / curvature.sqrt() })
+    };
+    hypothesis.directions_without_trace().into_iter().filter_map(axis).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated};
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::nominal::nominal_parameters;
+    use plant_model::{Effect, Effects};
+    use rig_files::RigFile;
+
+    #[test]
+    fn neither_a_common_size_nor_a_scale_of_the_position_in_step_leaves_a_trace() {
+        let mut rig = RigFile::paper_a();
+        for path in
+            ["cylinder.area_m2", "friction.stiffness_n_per_m", "friction.damping_n_s_per_m", "friction.breakaway_m"]
+        {
+            assert!(rig.tolerance.set(path, 0.02));
+        }
+        // Slow, with rests: the piston breaks away some twenty times.
+        let stick_slip = |t_s: f64| 0.9 * (2.0 * t_s).sin() * (0.31 * t_s).sin().powi(2) + 0.1 * (9.0 * t_s).sin();
+        let mut log = simulated(&rig, &Effects::none(), 12_000, stick_slip);
+        add_noise(&mut log, 5.0e-6, 200.0);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &effort));
+        let scale = Effect::PositionScale;
+        let h = Hypothesis::null(&nominal).extended_by(scale, problem.parameters(scale), &[1.0]);
+        let cost = |h: &Hypothesis| problem.cost_of(h, &h.values, judgeable).expect("a sound rig");
+        let directions = h.directions_without_trace();
+        assert_eq!(directions.len(), 2);
+        for direction in &directions {
+            let changed = (cost(&moved(&h, direction, 0.07)) / cost(&h) - 1.0).abs();
+            assert!(changed < 1e-9, "{changed}");
+            // A part of what belongs together shows.
+            let mut part = direction.clone();
+            part.iter_mut()
+                .zip(&h.parameters)
+                .filter(|(_, p)| p.slot.stated_key() == Some("load.mass_kg"))
+                .for_each(|(d, _)| *d = 0.0);
+            assert!(cost(&moved(&h, &part, 0.07)) > 1.01 * cost(&h));
+        }
+        let fit = problem.evaluate_as_is(h).expect("a sound rig");
+        let told = problem.told(&fit);
+        assert!((told.trace() - (told.nrows() - 2) as f64).abs() < 1e-9, "{}", told.trace());
+    }
 
     #[test]
     fn a_parabola_leads_to_its_minimum_or_as_far_downhill_as_it_is_trusted() {

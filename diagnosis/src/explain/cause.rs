@@ -15,11 +15,19 @@ pub(crate) fn cause(problem: &Problem<'_>, found: &Found, fit: &Fit, index: usiz
     let loss = found.losses.get(index).copied().unwrap_or(0.0);
     let cost = found.best.cost(problem).max(1.0);
     let gap = (found.null.cost(problem) - found.best.cost(problem)).max(1.0);
+    let by_tolerances = found.without.get(index).and_then(Option::as_ref).filter(|without| {
+        without.prior_cost - found.best.prior_cost
+            > TOLD_BY_TOLERANCES * (without.cost(problem) - found.best.cost(problem))
+    });
+    let without = match by_tolerances {
+        Some(without) => strain([without, &found.best].map(farthest_off)),
+        None => growth(loss / cost),
+    };
     Cause {
         id: effect.id().to_string(),
         parameters: parameters(problem, fit, effect),
         ties: found.ties.get(index).map(|t| t.iter().map(|e| e.id().to_string()).collect()).unwrap_or_default(),
-        evidence: evidence(effect, &values, loss / cost),
+        evidence: format!("{}; {}.", effect.evidence(&values), without),
         share: (loss / gap).clamp(0.0, 1.0),
     }
 }
@@ -41,14 +49,43 @@ pub(crate) fn parameters(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Ve
     out
 }
 
-/// One sentence that names the quantity a technician can check; `growth` is the relative growth of the misfit without
-/// the effect.
-fn evidence(effect: Effect, values: &[f64], growth: f64) -> String {
-    let finding = effect.evidence(values);
+/// A cause without which tolerances account for more than this part of the loss is told by them, and not by misfit.
+const TOLD_BY_TOLERANCES: f64 = 0.5;
+
+/// How many tolerances the nominal value that is farthest off is off.
+fn farthest_off(fit: &Fit) -> f64 {
+    let pairs = fit.hypothesis.parameters.iter().zip(&fit.hypothesis.values);
+    let off = pairs.filter_map(|(p, value)| Some(((value - p.neutral) / p.tolerance?).abs()));
+    off.fold(0.0, f64::max)
+}
+
+/// What the log says without a cause; `growth` is the relative growth of the misfit.
+fn growth(growth: f64) -> String {
     let grows = if growth < 1.0 {
         format!("grows by {:.1} %", 100.0 * growth)
     } else {
         format!("is {:.1} times as large", 1.0 + growth)
     };
-    format!("{finding}; without it the misfit of the fitted part of the log {grows}.")
+    format!("without it the misfit of the fitted part of the log {grows}")
+}
+
+/// The same where the rig file says it: by so many tolerances its values are off at most, without the cause and with it.
+fn strain([without, with]: [f64; 2]) -> String {
+    format!(
+        "without it the log is fitted nearly as well, but values of the rig file are off by up to {without:.1} of their tolerances, \
+         with it by {with:.1}"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_cause_explains_is_told_by_misfit_or_by_what_tolerances_say_without_it() {
+        assert_eq!(growth(0.123), "without it the misfit of the fitted part of the log grows by 12.3 %");
+        assert_eq!(growth(1.5), "without it the misfit of the fitted part of the log is 2.5 times as large");
+        let words = strain([3.96, 1.04]);
+        assert!(words.ends_with("are off by up to 4.0 of their tolerances, with it by 1.0"), "{words}");
+    }
 }

@@ -1,6 +1,6 @@
 //! A hypothesis: a set of effects on top of nominal values that are known within their tolerance.
 
-use super::effects::channels;
+use super::effects::{channels, moves_nominal_values};
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::Channels;
@@ -169,20 +169,11 @@ impl Hypothesis {
     /// Changes the parameters that compensate a change of the effect by `factor` in the air balances and the inertia.
     /// The cost has a long curved valley there, along which a fit converges slowly.
     fn move_in_step(&mut self, effect: Effect, factor: f64) {
-        let keys = effect.identification().moves_in_step;
-        if keys.is_empty() {
+        if !moves_nominal_values(effect) {
             return;
         }
         for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
-            let exponent = match parameter.slot {
-                Slot::Nominal(key) => {
-                    keys.iter().find(|(path, _)| names(path, key)).map_or(0, |(_, exponent)| *exponent)
-                }
-                Slot::Effect(other, index) | Slot::Stated(other, index) => {
-                    other.identification().length_exponents[index]
-                }
-                Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
-            };
+            let exponent = exponent_in_step(effect, parameter);
             let by = match exponent {
                 0 => 1.0,
                 ..0 => 1.0 / factor,
@@ -192,21 +183,64 @@ impl Hypothesis {
         }
     }
 
-    /// How the parameters change, in their scales, as the cross-section and what goes with it grow by a common factor: per logarithm
-    /// of the factor. See [`plant_model::similarity`]. `None` where the areas are as stated.
-    pub(crate) fn direction_of_similarity(&self) -> Option<DVector<f64>> {
-        if !self.effects.contains(&Effect::PistonArea) {
-            return None;
-        }
-        let change = |(parameter, value): (&Parameter, &f64)| {
-            let exponent = match parameter.slot {
-                Slot::Nominal(key) => size_exponent(key.name),
-                Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
-                Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
-            };
-            f64::from(exponent) * value / parameter.scale
+    /// The directions of the parameters, in their scales, along which no log shows a change, only tolerances do: that of a common
+    /// factor on the cross-section ([`plant_model::similarity`]), where an area is free, and that of an effect that takes nominal
+    /// values with it. Each is a change per logarithm of its factor.
+    pub(crate) fn directions_without_trace(&self) -> Vec<DVector<f64>> {
+        let along = |exponent: &dyn Fn(&Parameter) -> i8| {
+            let pairs = self.parameters.iter().zip(&self.values);
+            let changes = pairs.map(|(parameter, value)| f64::from(exponent(parameter)) * value / parameter.scale);
+            DVector::from_iterator(self.values.len(), changes)
         };
-        Some(DVector::from_iterator(self.values.len(), self.parameters.iter().zip(&self.values).map(change)))
+        let size = self.has_free_area().then(|| along(&size_exponent_of));
+        let moving = self.effects.iter().filter(|effect| moves_nominal_values(**effect));
+        let in_step = moving.map(|effect| {
+            along(&|parameter| {
+                if parameter.slot == Slot::Effect(*effect, 0) { 1 } else { exponent_in_step(*effect, parameter) }
+            })
+        });
+        size.into_iter().chain(in_step).collect()
+    }
+
+    fn has_free_area(&self) -> bool {
+        let is_area = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.name.ends_with("_m2"));
+        self.effects.contains(&Effect::PistonArea) || self.parameters.iter().any(is_area)
+    }
+
+    /// Moves along similarity to where tolerances like the values best: no log tells a common factor on the cross-section.
+    pub(crate) fn scale_to_likeliest_size(&mut self) {
+        let sized: Vec<(usize, f64)> = (0..self.values.len())
+            .map(|i| (i, f64::from(size_exponent_of(&self.parameters[i]))))
+            .filter(|(i, exponent)| *exponent != 0.0 && self.values[*i] != 0.0)
+            .collect();
+        // The logarithm of the factor, as far as bounds allow.
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (i, exponent) in &sized {
+            let p = &self.parameters[*i];
+            let [a, b] = [p.min, p.max].map(|end| (end / self.values[*i]).max(f64::MIN_POSITIVE).ln() / exponent);
+            (low, high) = (low.max(a.min(b).min(0.0)), high.min(a.max(b).max(0.0)));
+        }
+        let begun = self.values.clone();
+        let at = |by: f64, i: usize, exponent: f64| begun[i] * (exponent * by).exp();
+        let mut by = 0.0;
+        // Within tolerances of a tenth the third step changes nothing that counts.
+        for _ in 0..3 {
+            let (mut slope, mut curvature) = (0.0, 0.0);
+            for (i, exponent) in &sized {
+                let p = &self.parameters[*i];
+                let (value, Some(tolerance)) = (at(by, *i, *exponent), p.tolerance) else { continue };
+                let change = exponent * value / tolerance;
+                slope += (value - p.neutral) / tolerance * change;
+                curvature += change * change;
+            }
+            if curvature > 0.0 {
+                by = f64::clamp(by - slope / curvature, low, high);
+            }
+        }
+        for (i, exponent) in &sized {
+            let p = &self.parameters[*i];
+            self.values[*i] = at(by, *i, *exponent).clamp(p.min, p.max);
+        }
     }
 
     /// Multiplies some nominal values, as far as their bounds allow.
@@ -440,6 +474,27 @@ fn names(path: &str, key: &RigKey) -> bool {
     key.path == path || key.both_sides().is_some_and(|both| both.path == path)
 }
 
+/// The exponent with which a parameter changes with the cross-section.
+fn size_exponent_of(parameter: &Parameter) -> i8 {
+    match parameter.slot {
+        Slot::Nominal(key) => size_exponent(key.name),
+        Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
+        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
+    }
+}
+
+/// The exponent with which a parameter changes in step with an effect that takes nominal values with it.
+fn exponent_in_step(effect: Effect, parameter: &Parameter) -> i8 {
+    match parameter.slot {
+        Slot::Nominal(key) => {
+            let keys = effect.identification().moves_in_step;
+            keys.iter().find(|(path, _)| names(path, key)).map_or(0, |(_, exponent)| *exponent)
+        }
+        Slot::Effect(other, index) | Slot::Stated(other, index) => other.identification().length_exponents[index],
+        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
+    }
+}
+
 /// Whether a parameter corrects the value of one side of the rig that an effect changes on both.
 fn is_side_of(parameter: &Parameter, stands_for: &StandsFor) -> bool {
     matches!(parameter.slot, Slot::Nominal(key)
@@ -479,6 +534,27 @@ mod tests {
             let of = |(p, _): &(&Parameter, &f64)| p.slot.stated_key() == Some(&side);
             let (p, value) = with.parameters.iter().zip(&with.values).find(of).expect("corrected");
             assert!((value * 1.01 / p.neutral - 1.0).abs() < 1e-9, "{side}: {value} {}", p.neutral);
+        }
+    }
+
+    #[test]
+    fn values_of_another_size_go_back_to_the_stated_one_also_from_a_bound() {
+        let mut rig = RigFile::paper_a();
+        assert!(rig.tolerance.set("cylinder.area_m2", 0.005) && rig.tolerance.set("load.mass_kg", 0.02));
+        let nominal = crate::model::nominal::nominal_parameters(&rig, 0b0111, false, &[-5.0, 5.0]);
+        let mut smaller = Hypothesis::null(&nominal);
+        for (p, value) in smaller.parameters.iter().zip(&mut smaller.values) {
+            *value *= 0.98_f64.powi(size_exponent_of(p).into());
+        }
+        let area = |h: &Hypothesis| {
+            let place = h.parameters.iter().position(|p| p.slot.stated_key() == Some("cylinder.area_m2"));
+            let place = place.expect("corrected");
+            (h.parameters[place].is_at_bound(h.values[place]), h.values[place] / h.parameters[place].neutral)
+        };
+        assert!(area(&smaller).0);
+        smaller.scale_to_likeliest_size();
+        for (p, value) in smaller.parameters.iter().zip(&smaller.values).filter(|(p, _)| p.neutral != 0.0) {
+            assert!((value / p.neutral - 1.0).abs() < 1e-6, "{:?}: {value} {}", p.slot, p.neutral);
         }
     }
 

@@ -4,8 +4,9 @@ use super::effects;
 use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
+use plant_model::similarity::size_exponent;
 use plant_model::{Effect, Place, Plant};
-use rig_files::{RigFile, RigKey, all_keys};
+use rig_files::{RigFile, RigKey, all_keys, rig_key};
 
 const A: Channels = Channel::PressureA.bit();
 const B: Channels = Channel::PressureB.bit();
@@ -119,6 +120,16 @@ fn by_default(rig: &RigFile, path: &str, supply_measured: bool) -> f64 {
         _ if SLOPES.contains(&path) && !rig.rig.opening.is_empty() => default.max(constants::opening_curve()),
         _ => default,
     }
+}
+
+/// Whether all that grows with the cross-section of a rig is among what is corrected, so that no log tells its size
+/// ([`plant_model::similarity`]). Hoses have a size of their own.
+pub(crate) fn sizes_are_free(rig: &RigFile, nominal: &[Parameter]) -> bool {
+    let is_free = |path: &str| nominal.iter().any(|p| p.slot.stated_key() == Some(path));
+    let sized = CORRECTED.iter().filter_map(|(path, _)| rig_key(path)).filter(|key| size_exponent(key.name) != 0);
+    let sides_are_free = |key: &RigKey| !key.sides.is_empty() && key.sides.iter().all(|side| is_free(side.key().path));
+    let all = sized.filter(|key| key.get(&rig.rig) != 0.0).all(|key| is_free(key.path) || sides_are_free(key));
+    all && (is_free(AREA) || AREAS.iter().all(|path| is_free(path))) && !rig.rig.has_hoses()
 }
 
 /// The nominal values to correct on this rig with the commands of a log, V.

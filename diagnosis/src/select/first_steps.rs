@@ -8,6 +8,8 @@ use crate::constants;
 use crate::data::channel::Channel;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
+use crate::model::hypothesis::Hypothesis;
+use crate::model::nominal::sizes_are_free;
 use plant_model::Effect;
 use rayon::prelude::*;
 
@@ -18,6 +20,14 @@ pub(crate) type Start<'a> = (Effect, &'a [f64]);
 /// make it the lowest.
 pub(crate) fn promising(cost: f64, lowest: f64, without: f64) -> bool {
     cost < lowest + 0.5 * (without - lowest).max(0.0) + 2.0 * constants::tie()
+}
+
+/// An effect that takes nominal values with it begins where tolerances like them best: their size is told by nothing else.
+pub(crate) fn likeliest(problem: &Problem<'_>, effect: Effect, mut begun: Hypothesis) -> Hypothesis {
+    if effects::moves_nominal_values(effect) && sizes_are_free(problem.rig, problem.nominal) {
+        begun.scale_to_likeliest_size();
+    }
+    begun
 }
 
 /// A fit extended by each start, after a few iterations, evaluated on all data; lowest cost first.
@@ -51,15 +61,18 @@ fn by_predictions(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, star
         } else {
             &[true, false]
         };
-        // A position scale differs from other nominal values by little more than their priors. That difference shows only after
-        // iterations on all data; and while a balance is wide open a scale can absorb any error.
-        let on_all_data =
-            if effects::moves_nominal_values(*effect) && !open { constants::first_iterations() } else { 0 };
+        // A position scale differs from other nominal values by little more than their priors. That difference shows only on all
+        // data; and while a balance is wide open a scale can absorb any error.
+        let on_all_data = effects::moves_nominal_values(*effect) && !open;
         let begin = |anew: &bool| {
             let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
+            let extended = likeliest(problem, *effect, extended);
+            if on_all_data {
+                return problem.refit(extended, channels, constants::first_iterations());
+            }
             let slopes = scoring.jacobian(*anew);
             let fit = scoring.subset().first_steps(extended, channels, constants::first_iterations(), slopes)?;
-            problem.refit(fit.hypothesis, channels, on_all_data)
+            problem.evaluate_as_is(fit.hypothesis)
         };
         ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
     };

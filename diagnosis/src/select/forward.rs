@@ -1,9 +1,9 @@
 //! Forward selection of one more cause: candidates ranked by their score on a subset of the data, the best fitted to
 //! all of it.
 
-use super::first_steps::{Start, begun, promising};
+use super::first_steps::{Start, begun, likeliest, promising};
 use super::initial_values::initial_values;
-use super::penalty::{cost_before_pruning, required_gain};
+use super::penalty::{cost_before_pruning, penalty, required_gain};
 use super::ripple_spectrum::wavelengths;
 use super::scoring::Scoring;
 use super::visibility::candidates;
@@ -90,7 +90,9 @@ pub(crate) fn ranked_candidates(
         .collect();
     let extended: Vec<Hypothesis> = open
         .iter()
-        .map(|(effect, start)| from.hypothesis.extended_by(*effect, problem.parameters(*effect), start))
+        .map(|(effect, start)| {
+            likeliest(problem, *effect, from.hypothesis.extended_by(*effect, problem.parameters(*effect), start))
+        })
         .collect();
     let mut scores = scoring.subset().scores(from, &scoring.slopes, &extended);
     // Strained nominal values may compensate for a missing effect and lower its score. So the score is also taken with
@@ -109,15 +111,23 @@ pub(crate) fn ranked_candidates(
     }
     scores.iter_mut().for_each(|score| *score *= scoring.ratio);
     // What acts on a part of the way only may act nowhere in the subset: there the gain of the initial values counts, in
-    // the whole log.
-    let local = |k: &usize| open[*k].0.identification().acts_locally;
+    // the whole log. So it does of an effect that takes nominal values with it: tolerances alone may tell its value.
     let gain = |k: usize| {
         let started = problem.evaluate_as_is(extended[k].clone());
         (k, started.map_or(0.0, |started| (from.cost(problem) - started.cost(problem)).max(0.0)))
     };
-    let local: Vec<(usize, f64)> =
-        (0..open.len()).filter(local).collect::<Vec<_>>().into_par_iter().map(gain).collect();
-    local.into_iter().for_each(|(k, gain)| scores[k] = scores[k].max(gain));
+    let gains = |of: &dyn Fn(Effect) -> bool| -> Vec<(usize, f64)> {
+        (0..open.len()).filter(|k| of(open[*k].0)).collect::<Vec<_>>().into_par_iter().map(gain).collect()
+    };
+    for (k, gain) in gains(&|effect| effect.identification().acts_locally) {
+        scores[k] = scores[k].max(gain);
+    }
+    let moving = gains(&effects::moves_nominal_values);
+    if let Some((best, gain)) = moving.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 > 0.0) {
+        let highest = moving.iter().map(|(k, _)| scores[*k]).fold(gain, f64::max);
+        moving.iter().for_each(|(k, _)| scores[*k] = scores[*k].min(gain));
+        scores[best] = highest;
+    }
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
@@ -179,7 +189,13 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     // Where nominal values are strained scores are not reliable; then all effects that act there are tried.
     let strained = from.hypothesis.strained();
     if strained != 0 {
-        candidates.sort_by_key(|c| effects::channels(c.effect) & strained == 0 && !scores_enough(c));
+        // What relieves them need only exceed its penalty, as in `shortfall`.
+        let relieves = |c: &Candidate| effects::moves_nominal_values(c.effect) && c.predicted > penalty(c.effect);
+        candidates.sort_by_key(|c| match effects::channels(c.effect) & strained == 0 && !scores_enough(c) {
+            _ if relieves(c) => 0,
+            false => 1,
+            true => 2,
+        });
         let tried = candidates.iter().take_while(|c| effects::channels(c.effect) & strained != 0 || scores_enough(c));
         count = tried.count().min(constants::candidates_strained());
     }
@@ -232,4 +248,47 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     });
     tried.extend(fits.iter().map(Tried::of));
     in_order(problem, fits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated};
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::nominal::nominal_parameters;
+    use plant_model::Effects;
+    use rig_files::RigFile;
+
+    #[test]
+    fn a_scale_that_other_values_hide_begins_where_tolerances_like_them_best() {
+        let mut rig = RigFile::paper_a();
+        rig.tolerance.default = 0.03;
+        let known =
+            [("cylinder.area_m2", 0.008), ("friction.stiffness_n_per_m", 0.5), ("friction.damping_n_s_per_m", 0.5)];
+        known.into_iter().for_each(|(path, relative)| assert!(rig.tolerance.set(path, relative)));
+        let hidden = Effects::none().with(Effect::PositionScale, &[1.05]);
+        // Slow, with rests: the piston breaks away some twenty times.
+        let stick_slip = |t_s: f64| 0.9 * (2.0 * t_s).sin() * (0.31 * t_s).sin().powi(2) + 0.1 * (9.0 * t_s).sin();
+        let mut log = simulated(&rig, &hidden, 12_000, stick_slip);
+        add_noise(&mut log, 5.0e-6, 200.0);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &effort));
+        // Volumes and flows too large, mass and bristles off, all in step: the same motion.
+        let effect = Effect::PositionScale;
+        let null = Hypothesis::null(&nominal);
+        let in_step = null.extended_by(effect, problem.parameters(effect), &[1.0 / 1.05]);
+        let from = problem.evaluate_as_is(null.with_values_of(&in_step)).expect("a sound rig");
+        assert!(from.prior_cost > 5.0 && from.cost_in(&problem, judgeable) < 1.1 * problem.noise_cost(judgeable));
+        let scoring = Scoring::new(&problem, &from).expect("a fit that can be moved");
+        let candidates = ranked_candidates(&problem, &from, &scoring, judgeable);
+        let scale = candidates.iter().find(|c| c.effect == effect).expect("a candidate");
+        let [start] = &scale.starts[..] else { panic!("{:?}", scale.starts) };
+        assert!((start[0] - 1.05).abs() < 1e-9, "{start:?}");
+    }
 }

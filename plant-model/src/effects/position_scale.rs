@@ -55,8 +55,8 @@ impl Definition for PositionScale {
 
     const IDENTIFICATION: &'static Identification = &Identification {
         needs: Needs::AnyPressure,
-        // Air and mass do not tell a position that reads too long from larger volumes and flows and a smaller mass; only
-        // tolerances and the end stops do.
+        // Air and piston do not tell a position that reads too long from larger volumes and flows, a smaller mass, and bristles that
+        // are softer and longer; only tolerances and the end stops do.
         moves_in_step: &[
             ("valve.fill_coefficient_kg_per_s_pa", -1),
             ("valve.exhaust_coefficient_kg_per_s_pa", -1),
@@ -66,6 +66,10 @@ impl Definition for PositionScale {
             ("cylinder.volume_b0_m3", -1),
             ("load.mass_kg", 1),
             ("friction.viscous_n_s_per_m", 1),
+            ("friction.stiffness_n_per_m", 1),
+            ("friction.damping_n_s_per_m", 1),
+            ("friction.stribeck_velocity_m_per_s", -1),
+            ("friction.breakaway_m", -1),
         ],
         ..Identification::on(
             Balances::MASS.and(Balances::FORCE),
