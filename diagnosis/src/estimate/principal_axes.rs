@@ -149,8 +149,8 @@ impl Problem<'_> {
         let mut projection = DMatrix::<f64>::identity(n, n);
         for axis in untold(&fit.hypothesis) {
             let known = axis.step.powi(-2);
-            if self.curvature_along(fit, &axis).is_some_and(|curvature| curvature < UNTOLD * known) {
-                let across = (&projection * axis.direction).normalize();
+            let shows = self.curvature_along(fit, &axis).is_none_or(|curvature| curvature >= UNTOLD * known);
+            if !shows && let Some(across) = (&projection * axis.direction).try_normalize(f64::EPSILON.sqrt()) {
                 projection -= &across * across.transpose();
             }
         }

