@@ -70,6 +70,7 @@ impl<'a> Motion<'a> {
     ) -> Self {
         let between_rows_m = 0.5 * constants::unseen_acceleration() * record.quality.interval_s.powi(2);
         let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m()).max(between_rows_m);
+        let zero = plant.true_position_m(0.0);
         let mut out = Self {
             record,
             plant,
@@ -77,8 +78,8 @@ impl<'a> Motion<'a> {
             added_n,
             timing: Timing::of(plant),
             inverse_sigma: 1.0 / (sigma * record.observer_noise),
-            at_rest: plant.true_position_m(at_rest_m_per_s(record)) - plant.true_position_m(0.0),
-            zero: plant.true_position_m(0.0),
+            at_rest: plant.true_position_m(at_rest_m_per_s(record)) - zero,
+            zero,
             stretch: Stretch { start: 0, end: 0, held_back: false },
             first,
             stretches,

@@ -23,6 +23,11 @@ pub(crate) fn simulated(file: &RigFile, effects: &Effects<f64>, rows: u32, comma
     log
 }
 
+/// A slow command in V with rests, as a function of time in s: in twelve seconds a piston breaks away some twenty times.
+pub(crate) fn stick_slip_v(t_s: f64) -> f64 {
+    0.9 * (2.0 * t_s).sin() * (0.31 * t_s).sin().powi(2) + 0.1 * (9.0 * t_s).sin()
+}
+
 /// The first row of a log, the third, and so on.
 pub(crate) fn every_other(log: &Log) -> Log {
     let rows = |signal: &[f64]| signal.iter().copied().step_by(2).collect::<Vec<f64>>();

@@ -255,7 +255,7 @@ mod tests {
     use super::*;
     use crate::balances::observers::judgeable;
     use crate::balances::shared::Signals;
-    use crate::balances::simulated::{add_noise, simulated};
+    use crate::balances::simulated::{add_noise, simulated, stick_slip_v};
     use crate::data::prepare::prepare;
     use crate::estimate::effort::Effort;
     use crate::model::nominal::nominal_parameters;
@@ -270,9 +270,7 @@ mod tests {
             [("cylinder.area_m2", 0.008), ("friction.stiffness_n_per_m", 0.5), ("friction.damping_n_s_per_m", 0.5)];
         known.into_iter().for_each(|(path, relative)| assert!(rig.tolerance.set(path, relative)));
         let hidden = Effects::none().with(Effect::PositionScale, &[1.05]);
-        // Slow, with rests: the piston breaks away some twenty times.
-        let stick_slip = |t_s: f64| 0.9 * (2.0 * t_s).sin() * (0.31 * t_s).sin().powi(2) + 0.1 * (9.0 * t_s).sin();
-        let mut log = simulated(&rig, &hidden, 12_000, stick_slip);
+        let mut log = simulated(&rig, &hidden, 12_000, stick_slip_v);
         add_noise(&mut log, 5.0e-6, 200.0);
         let record = prepare(&log, &rig);
         let judgeable = judgeable(&record);

@@ -131,7 +131,7 @@ fn with_penalties(problem: &Problem<'_>, fit: &Fit) -> f64 {
 }
 
 /// The penalty of a cause, in units of log-likelihood.
-pub(crate) fn penalty(effect: Effect) -> f64 {
+pub(super) fn penalty(effect: Effect) -> f64 {
     constants::penalty_per_cause() + constants::penalty_per_parameter() * effect.parameter_count() as f64
 }
 

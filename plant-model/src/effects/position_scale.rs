@@ -55,9 +55,9 @@ impl Definition for PositionScale {
 
     const IDENTIFICATION: &'static Identification = &Identification {
         needs: Needs::AnyPressure,
+        starts_fitted: 2,
         // Air and piston do not tell a position that reads too long from larger volumes and flows, a smaller mass, and bristles that
         // are softer and longer; only tolerances and the end stops do.
-        starts_fitted: 2,
         moves_in_step: &[
             ("valve.fill_coefficient_kg_per_s_pa", -1),
             ("valve.exhaust_coefficient_kg_per_s_pa", -1),
