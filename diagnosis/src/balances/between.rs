@@ -36,6 +36,7 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     record.command_doubt_v = vec![0.0; n];
     record.doubt_a_pa = vec![0.0; n];
     record.doubt_b_pa = vec![0.0; n];
+    record.doubt_drawn_kg_per_s = vec![0.0; n];
     let lag_s = plant.added().valve_lag.time_constant_s;
     let mut behind = [0.0_f64; 2];
     for (row, k) in record.rows.clone().into_iter().enumerate() {
@@ -50,6 +51,10 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
             let doubt = rate.abs() * spread * behind[place] * record.to_next_row_s(k);
             let doubts = if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa };
             doubts[k] = doubt;
+            let fills = (unit >= 0.0) == (side == Side::A);
+            if let Some(flow) = kg_per_s(record, plant, (side, k), unit).filter(|_| fills) {
+                record.doubt_drawn_kg_per_s[k] = flow * spread * behind[place];
+            }
         }
     }
 }
@@ -143,14 +148,18 @@ fn interpolate(record: &mut Record, plant: &Plant<f64>, openings: &opening::Open
 /// How fast flow through the valve changes a chamber's pressure at an entry, Pa/s; `None` if its pressure or the position is not known.
 /// The opening is signed, in rad.
 fn pa_per_s(record: &Record, plant: &Plant<f64>, (side, k): (Side, usize), opening: f64) -> Option<f64> {
+    let (volume_a, volume_b) = plant.volumes_m3(*record.y_smooth.value.get(k)?);
+    let volume = if side == Side::A { volume_a } else { volume_b };
+    Some(plant.energy_j_per_kg() / volume * kg_per_s(record, plant, (side, k), opening)?)
+}
+
+/// The mass flow through the valve into a chamber at an entry with a signed opening, kg/s, from pressures as measured.
+fn kg_per_s(record: &Record, plant: &Plant<f64>, (side, k): (Side, usize), opening: f64) -> Option<f64> {
     let c = plant.coefficients();
     let p = *record.chamber(side).smooth.value.get(k)?;
     let supply = record.p_sup_smooth.value.get(k).copied().unwrap_or(c.supply_pa);
-    let (volume_a, volume_b) = plant.volumes_m3(*record.y_smooth.value.get(k)?);
-    let volume = if side == Side::A { volume_a } else { volume_b };
     let fills = (opening >= 0.0) == (side == Side::A);
-    let flow = plant.orifices(side).inflow(fills, opening.abs(), p, supply, c.atmosphere_pa).mass_flow;
-    Some(plant.energy_j_per_kg() / volume * flow)
+    Some(plant.orifices(side).inflow(fills, opening.abs(), p, supply, c.atmosphere_pa).mass_flow)
 }
 
 /// How much of the change from each value to the next is not the change before or after it: a ramp has none, a jump all.

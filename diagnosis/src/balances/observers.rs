@@ -164,8 +164,10 @@ fn of_air(
         out.channels[Channel::PressureB as usize] = b;
         out.log_widths = drives.iter().flatten().map(|drive| drive.correction.log_widths).sum();
         if wanted & Channel::Supply.bit() != 0 {
-            out.channels[Channel::Supply as usize] =
-                supply::innovations(record, stretches, &air.supply.predicted, added.supply_sensor_pa);
+            let (errors, log_widths) =
+                supply::innovations(record, plant, stretches, &air.supply.predicted, added.supply_sensor_pa);
+            out.channels[Channel::Supply as usize] = errors;
+            out.log_widths += log_widths;
         }
     }
     out

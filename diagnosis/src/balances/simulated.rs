@@ -8,14 +8,20 @@ use rig_files::{Log, RigFile};
 
 /// So many rows at 1 kHz of a rig with some effects, its valve driven by a command in V as a function of time in s.
 pub(crate) fn simulated(file: &RigFile, effects: &Effects<f64>, rows: u32, command_v: impl Fn(f64) -> f64) -> Log {
+    Log { p_sup_pa: None, ..with_supply(file, effects, rows, command_v) }
+}
+
+/// The same with the pressure of the supply.
+pub(crate) fn with_supply(file: &RigFile, effects: &Effects<f64>, rows: u32, command_v: impl Fn(f64) -> f64) -> Log {
     let mut rig: Simulator<f64> = Simulator::new(&file.rig, effects).expect("a sound rig");
-    let mut log = Log { u_v: Some(vec![]), p_a_pa: Some(vec![]), p_b_pa: Some(vec![]), ..Log::default() };
+    let mut log = Log::default();
     for k in 0..rows {
         let t_s = 1.0e-3 * f64::from(k);
         let (u_v, m) = (command_v(t_s), rig.measure());
         log.t_s.push(t_s);
         log.y_m.push(m.y_m);
-        for (column, value) in [(&mut log.u_v, u_v), (&mut log.p_a_pa, m.p_a_pa), (&mut log.p_b_pa, m.p_b_pa)] {
+        let pressures = [(&mut log.p_a_pa, m.p_a_pa), (&mut log.p_b_pa, m.p_b_pa), (&mut log.p_sup_pa, m.p_sup_pa)];
+        for (column, value) in pressures.into_iter().chain([(&mut log.u_v, u_v)]) {
             column.get_or_insert_default().push(value);
         }
         rig.advance(u_v, 1.0e-3);
@@ -38,14 +44,18 @@ pub(crate) fn every_other(log: &Log) -> Log {
         u_v: column(&log.u_v),
         p_a_pa: column(&log.p_a_pa),
         p_b_pa: column(&log.p_b_pa),
+        p_sup_pa: column(&log.p_sup_pa),
         ..Log::default()
     }
 }
 
-/// Adds white noise of such standard deviations to the position, in m, and to both pressures, in Pa.
+/// Adds white noise of such standard deviations to the position, in m, and to all pressures, in Pa.
 pub(crate) fn add_noise(log: &mut Log, position_m: f64, pressures_pa: f64) {
     let mut draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(5));
-    let pressures = [&mut log.p_a_pa, &mut log.p_b_pa].into_iter().flatten().map(|signal| (signal, pressures_pa));
+    let pressures = [&mut log.p_a_pa, &mut log.p_b_pa, &mut log.p_sup_pa]
+        .into_iter()
+        .flatten()
+        .map(|signal| (signal, pressures_pa));
     for (signal, noise) in std::iter::once((&mut log.y_m, position_m)).chain(pressures) {
         signal.iter_mut().zip(&mut draws).for_each(|(x, e): (&mut f64, f64)| *x += noise * e);
     }

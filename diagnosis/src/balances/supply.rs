@@ -52,20 +52,80 @@ pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &Openings
     SupplyPressure { at_valve, predicted }
 }
 
-/// Measured minus predicted supply pressure in units of its noise.
-pub(crate) fn innovations(record: &Record, stretches: &[Stretch], predicted: &[f64], sensor_pa: f64) -> Vec<f64> {
+/// Measured minus predicted supply pressure in units of its noise and of what is not known of the flow drawn; second, the sum of the
+/// logarithms of those units over the noise.
+pub(crate) fn innovations(
+    record: &Record,
+    plant: &Plant<f64>,
+    stretches: &[Stretch],
+    predicted: &[f64],
+    sensor_pa: f64,
+) -> (Vec<f64>, f64) {
     let sigma = record.quality.supply.standard_deviation.max(1.0);
-    record.rows_of(stretches).map(|k| judged((record.p_sup_pa[k] - sensor_pa - predicted[k]) / sigma)).collect()
+    let error = |k: usize| (record.p_sup_pa[k] - sensor_pa - predicted[k]) / sigma;
+    let droop = plant.added().supply_droop;
+    let droops = droop.droop_pa_s_per_kg > 0.0;
+    if !droops || record.doubt_drawn_kg_per_s.is_empty() {
+        return (record.rows_of(stretches).map(|k| judged(error(k))).collect(), 0.0);
+    }
+    // A Kalman filter of what the prediction is off by, with its variance in units of the noise's: it decays as a droop does, and what
+    // is not known of the flow adds to it.
+    let (mut off, mut variance, mut log_widths) = (0.0, 0.0, 0.0);
+    let left_after = |interval_s: f64| (-interval_s / droop.time_constant_s).exp();
+    let rows: Vec<usize> = record.rows_of(stretches).collect();
+    let mut out = Vec::with_capacity(rows.len());
+    for (place, k) in rows.iter().copied().enumerate() {
+        let (error, width) = (error(k) - off, 1.0 + variance);
+        out.push(judged(error / f64::sqrt(width)));
+        if error.is_finite() {
+            log_widths += 0.5 * f64::ln(width);
+            off += variance / width * error;
+            variance /= width;
+        }
+        // Between two stretches it goes on without being seen.
+        let interval_s = record.to_next_row_s(k);
+        let left = left_after(rows.get(place + 1).map_or(interval_s, |next| record.t_s[*next] - record.t_s[k]));
+        let unseen = 1.0 - left_after(interval_s).powi(2);
+        let grows = droop.droop_pa_s_per_kg * record.doubt_drawn_kg_per_s[k] * (1.0 - left_after(interval_s)) / sigma;
+        off *= left;
+        variance =
+            left * left * variance + if unseen > 0.0 { grows * grows * (1.0 - left * left) / unseen } else { 0.0 };
+    }
+    (out, log_widths)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::balances::between::doubts;
     use crate::balances::opening::openings;
-    use crate::balances::simulated::simulated;
+    use crate::balances::simulated::{add_noise, every_other, simulated, with_supply};
+    use crate::data::grid::{Between, refined};
     use crate::data::prepare::prepare;
     use plant_model::{Effect, Effects};
     use rig_files::RigFile;
+
+    #[test]
+    fn what_is_not_known_of_the_command_between_rows_is_no_error_of_a_drooping_supply() {
+        let file = RigFile::paper_c();
+        let effects = Effects::none().with(Effect::SupplyDroop, &[3.0e7, 0.1]);
+        // Another value every seven milliseconds, of which every other comes between two rows.
+        let staircase = |t_s: f64| (31.0 * (t_s / 7.0e-3 + 1.0e-6).floor()).sin();
+        let mut log = with_supply(&file, &effects, 8001, |t_s| 2.0 * (9.0 * t_s).sin() + staircase(t_s));
+        add_noise(&mut log, 5.0e-6, 100.0);
+        let plant = Plant::new(&file.rig, &effects).expect("a sound rig");
+        let mut record = refined(prepare(&every_other(&log), &file), Between::Held);
+        let misfit = |record: &Record| {
+            let predicted = pressures(record, &plant, &openings(record, &plant), 0.0).predicted;
+            let (errors, log_widths) = innovations(record, &plant, &record.stretches, &predicted, 0.0);
+            (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64, log_widths)
+        };
+        let held = misfit(&record);
+        doubts(&mut record, &plant, 1.0);
+        let moved = misfit(&record);
+        assert!(held.0 > 2.0 && held.1 == 0.0, "{held:?}");
+        assert!(moved.0 < 0.6 * held.0 && moved.0 > 0.8 && moved.1 > 0.0, "{moved:?}");
+    }
 
     /// The prediction with a droop, of a log whose supply stands 10 kPa below the stated pressure when it begins.
     fn predicted(droop_pa_s_per_kg: f64) -> Vec<f64> {

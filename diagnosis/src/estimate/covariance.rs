@@ -42,13 +42,12 @@ impl Problem<'_> {
             }
             meat += &score * score.transpose();
         }
-        let stated = |p: &Parameter| p.tolerance.map_or(0.0, |tolerance| (p.scale / tolerance).powi(2));
-        let prior = DMatrix::from_diagonal(&DVector::from_iterator(n, hypothesis.parameters.iter().map(stated)));
+        let known = hypothesis.parameters.iter().map(Parameter::told_by_tolerance);
+        let prior = DMatrix::from_diagonal(&DVector::from_iterator(n, known));
         let told = self.told(&fit);
-        let matrix = &told * (matrix - &prior) * &told + &prior;
-        let meat = &told * meat * &told + &prior;
-        let measured = self.measured_curvature(&fit, &matrix);
-        let [matrix, meat] = [matrix, meat].map(|of| measured.transpose() * of * &measured);
+        let data = &told * (matrix - &prior) * &told;
+        let across = told * self.measured_curvature(&fit, &data, &prior);
+        let [matrix, meat] = [data, meat].map(|of| across.transpose() * of * &across + &prior);
         if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
             let mut covariance = &inverse * meat * &inverse;
             for i in 0..n {

@@ -154,11 +154,9 @@ impl Problem<'_> {
             }
         }
         for i in first..n {
-            if let Some(tolerance) = hypothesis.parameters[i].tolerance {
-                let scaled = hypothesis.parameters[i].scale / tolerance;
-                matrix[(i, i)] += scaled * scaled;
-                gradient[i] += (values[i] - hypothesis.parameters[i].neutral) / tolerance * scaled;
-            }
+            let p = &hypothesis.parameters[i];
+            matrix[(i, i)] += p.told_by_tolerance();
+            gradient[i] += p.told_by_tolerance() * (values[i] - p.neutral) / p.scale;
             for j in 0..i {
                 matrix[(j, i)] = matrix[(i, j)];
             }

@@ -12,7 +12,6 @@ use super::optimiser::limited;
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
@@ -157,21 +156,21 @@ impl Problem<'_> {
         projection
     }
 
-    /// A transformation `T` of the parameters after which the normal matrix `H` of a fit, as `T' H T`, has the curvature of the cost
-    /// along its flat axes.
-    pub(super) fn measured_curvature(&self, fit: &Fit, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-        let axes = axes(&fit.hypothesis, matrix);
+    /// A transformation `T` of the parameters after which the normal matrix `H` of the data, as `T' H T`, has the curvature of the
+    /// data's cost along the flat axes of a fit; second, that of the tolerances, which is known.
+    pub(super) fn measured_curvature(&self, fit: &Fit, data: &DMatrix<f64>, prior: &DMatrix<f64>) -> DMatrix<f64> {
+        let axes = axes(&fit.hypothesis, &(data + prior));
         let measured: Vec<Option<f64>> = axes.par_iter().map(|axis| self.curvature_along(fit, axis)).collect();
-        let n = matrix.nrows();
+        let n = data.nrows();
         let mut transformation = DMatrix::identity(n, n);
         for (axis, curvature) in axes.iter().zip(measured) {
             let Some(curvature) = curvature else { continue };
             let d = &axis.direction;
-            let stated = (&transformation * d).dot(&(matrix * (&transformation * d)));
-            let part = (curvature / stated).sqrt();
+            let of_data = (curvature - d.dot(&(prior * d))).max(0.0);
+            let stated = (&transformation * d).dot(&(data * (&transformation * d)));
             // Errors of the derivatives make a valley too narrow, never too wide.
-            if part < 1.0 {
-                transformation += (&transformation * d) * d.transpose() * (part - 1.0);
+            if of_data < stated {
+                transformation += (&transformation * d) * d.transpose() * ((of_data / stated).sqrt() - 1.0);
             }
         }
         transformation
@@ -222,8 +221,8 @@ fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
 fn untold(hypothesis: &Hypothesis) -> Vec<Axis> {
     let axis = |along: DVector<f64>| {
         let direction = along.normalize();
-        let known = |(parameter, d): (&Parameter, &f64)| Some((d * parameter.scale / parameter.tolerance?).powi(2));
-        let curvature: f64 = hypothesis.parameters.iter().zip(&direction).filter_map(known).sum();
+        let pairs = hypothesis.parameters.iter().zip(&direction);
+        let curvature: f64 = pairs.map(|(parameter, d)| d * d * parameter.told_by_tolerance()).sum();
         (curvature > 0.0).then(|| Axis { direction, step: 1.0 / curvature.sqrt() })
     };
     hypothesis.directions_without_trace().into_iter().filter_map(axis).collect()

@@ -267,6 +267,6 @@ fn prior(hypothesis: &Hypothesis, values: &[f64]) -> f64 {
         .parameters
         .iter()
         .zip(values)
-        .filter_map(|(p, v)| p.tolerance.map(|tolerance| 0.5 * ((v - p.neutral) / tolerance).powi(2)))
+        .filter_map(|(p, value)| Some(0.5 * p.tolerances_off(*value)?.powi(2)))
         .sum()
 }

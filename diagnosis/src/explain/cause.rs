@@ -55,7 +55,7 @@ const TOLD_BY_TOLERANCES: f64 = 0.5;
 /// How many tolerances the nominal value that is farthest off is off.
 fn farthest_off(fit: &Fit) -> f64 {
     let pairs = fit.hypothesis.parameters.iter().zip(&fit.hypothesis.values);
-    let off = pairs.filter_map(|(p, value)| Some(((value - p.neutral) / p.tolerance?).abs()));
+    let off = pairs.filter_map(|(p, value)| Some(p.tolerances_off(*value)?.abs()));
     off.fold(0.0, f64::max)
 }
 

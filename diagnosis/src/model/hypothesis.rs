@@ -2,13 +2,12 @@
 
 use super::effects::{channels, moves_nominal_values};
 use super::parameter::{Parameter, Slot};
+use super::without_trace::exponent_in_step;
 use crate::constants;
 use crate::data::channel::Channels;
-use nalgebra::DVector;
 use plant_model::effects::identification::StandsFor;
-use plant_model::similarity::size_exponent;
 use plant_model::{Effect, Effects, Plant, hose};
-use rig_files::{RigFile, RigKey};
+use rig_files::RigFile;
 
 /// The parameter vector of a set of effects with its values.
 #[derive(Clone, Debug, Default)]
@@ -141,11 +140,7 @@ impl Hypothesis {
             }
             let replaced = replacing.is_some();
             if !replaced || !stands_for.is_single() {
-                let strained = anew
-                    && parameter
-                        .tolerance
-                        .is_some_and(|t| (value - parameter.neutral).abs() > constants::strained() * t)
-                    && parameter.channels & channels(effect) != 0;
+                let strained = anew && is_strained(parameter, *value) && parameter.channels & channels(effect) != 0;
                 let hides = anew && hides(effect, parameter);
                 out.parameters.push(*parameter);
                 out.values.push(if replaced || strained || hides { parameter.begin() } else { *value });
@@ -180,66 +175,6 @@ impl Hypothesis {
                 1.. => factor,
             };
             *value = (*value * by).clamp(parameter.min, parameter.max);
-        }
-    }
-
-    /// The directions of the parameters, in their scales, along which no log shows a change, only tolerances do: that of a common
-    /// factor on the cross-section ([`plant_model::similarity`]), where an area is free, and that of an effect that takes nominal
-    /// values with it. Each is a change per logarithm of its factor.
-    pub(crate) fn directions_without_trace(&self) -> Vec<DVector<f64>> {
-        let along = |exponent: &dyn Fn(&Parameter) -> i8| {
-            let pairs = self.parameters.iter().zip(&self.values);
-            let changes = pairs.map(|(parameter, value)| f64::from(exponent(parameter)) * value / parameter.scale);
-            DVector::from_iterator(self.values.len(), changes)
-        };
-        let size = self.has_free_area().then(|| along(&size_exponent_of));
-        let moving = self.effects.iter().filter(|effect| moves_nominal_values(**effect));
-        let in_step = moving.map(|effect| {
-            along(&|parameter| {
-                if parameter.slot == Slot::Effect(*effect, 0) { 1 } else { exponent_in_step(*effect, parameter) }
-            })
-        });
-        size.into_iter().chain(in_step).collect()
-    }
-
-    fn has_free_area(&self) -> bool {
-        let is_area = |p: &Parameter| matches!(p.slot, Slot::Nominal(key) if key.name.ends_with("_m2"));
-        self.effects.contains(&Effect::PistonArea) || self.parameters.iter().any(is_area)
-    }
-
-    /// Moves along similarity to where tolerances like the values best: no log tells a common factor on the cross-section.
-    pub(crate) fn scale_to_likeliest_size(&mut self) {
-        let sized: Vec<(usize, f64)> = (0..self.values.len())
-            .map(|i| (i, f64::from(size_exponent_of(&self.parameters[i]))))
-            .filter(|(i, exponent)| *exponent != 0.0 && self.values[*i] != 0.0)
-            .collect();
-        // The logarithm of the factor, as far as bounds allow.
-        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-        for (i, exponent) in &sized {
-            let p = &self.parameters[*i];
-            let [a, b] = [p.min, p.max].map(|end| (end / self.values[*i]).max(f64::MIN_POSITIVE).ln() / exponent);
-            (low, high) = (low.max(a.min(b).min(0.0)), high.min(a.max(b).max(0.0)));
-        }
-        let begun = self.values.clone();
-        let at = |by: f64, i: usize, exponent: f64| begun[i] * (exponent * by).exp();
-        let mut by = 0.0;
-        // Within tolerances of a tenth the third step changes nothing that counts.
-        for _ in 0..3 {
-            let (mut slope, mut curvature) = (0.0, 0.0);
-            for (i, exponent) in &sized {
-                let p = &self.parameters[*i];
-                let (value, Some(tolerance)) = (at(by, *i, *exponent), p.tolerance) else { continue };
-                let change = exponent * value / tolerance;
-                slope += (value - p.neutral) / tolerance * change;
-                curvature += change * change;
-            }
-            if curvature > 0.0 {
-                by = f64::clamp(by - slope / curvature, low, high);
-            }
-        }
-        for (i, exponent) in &sized {
-            let p = &self.parameters[*i];
-            self.values[*i] = at(by, *i, *exponent).clamp(p.min, p.max);
         }
     }
 
@@ -377,8 +312,7 @@ impl Hypothesis {
     /// Channels on which strained nominal values act: corrected by more than `constants::strained` tolerances.
     pub(crate) fn strained(&self) -> Channels {
         let pairs = self.parameters.iter().zip(&self.values);
-        let strained =
-            pairs.filter(|(p, v)| p.tolerance.is_some_and(|t| (**v - p.neutral).abs() > constants::strained() * t));
+        let strained = pairs.filter(|(p, value)| is_strained(p, **value));
         strained.fold(0, |all, (p, _)| all | p.channels)
     }
 
@@ -469,30 +403,9 @@ impl Hypothesis {
     }
 }
 
-/// Whether a path names a key, or the key of both sides that it is one of.
-fn names(path: &str, key: &RigKey) -> bool {
-    key.path == path || key.both_sides().is_some_and(|both| both.path == path)
-}
-
-/// The exponent with which a parameter changes with the cross-section.
-fn size_exponent_of(parameter: &Parameter) -> i8 {
-    match parameter.slot {
-        Slot::Nominal(key) => size_exponent(key.name),
-        Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
-        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
-    }
-}
-
-/// The exponent with which a parameter changes in step with an effect that takes nominal values with it.
-fn exponent_in_step(effect: Effect, parameter: &Parameter) -> i8 {
-    match parameter.slot {
-        Slot::Nominal(key) => {
-            let keys = effect.identification().moves_in_step;
-            keys.iter().find(|(path, _)| names(path, key)).map_or(0, |(_, exponent)| *exponent)
-        }
-        Slot::Effect(other, index) | Slot::Stated(other, index) => other.identification().length_exponents[index],
-        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
-    }
+/// Whether a nominal value is corrected by more than [`constants::strained`] tolerances.
+fn is_strained(parameter: &Parameter, value: f64) -> bool {
+    parameter.tolerances_off(value).is_some_and(|off| off.abs() > constants::strained())
 }
 
 /// Whether a parameter corrects the value of one side of the rig that an effect changes on both.
@@ -534,27 +447,6 @@ mod tests {
             let of = |(p, _): &(&Parameter, &f64)| p.slot.stated_key() == Some(&side);
             let (p, value) = with.parameters.iter().zip(&with.values).find(of).expect("corrected");
             assert!((value * 1.01 / p.neutral - 1.0).abs() < 1e-9, "{side}: {value} {}", p.neutral);
-        }
-    }
-
-    #[test]
-    fn values_of_another_size_go_back_to_the_stated_one_also_from_a_bound() {
-        let mut rig = RigFile::paper_a();
-        assert!(rig.tolerance.set("cylinder.area_m2", 0.005) && rig.tolerance.set("load.mass_kg", 0.02));
-        let nominal = crate::model::nominal::nominal_parameters(&rig, 0b0111, false, &[-5.0, 5.0]);
-        let mut smaller = Hypothesis::null(&nominal);
-        for (p, value) in smaller.parameters.iter().zip(&mut smaller.values) {
-            *value *= 0.98_f64.powi(size_exponent_of(p).into());
-        }
-        let area = |h: &Hypothesis| {
-            let place = h.parameters.iter().position(|p| p.slot.stated_key() == Some("cylinder.area_m2"));
-            let place = place.expect("corrected");
-            (h.parameters[place].is_at_bound(h.values[place]), h.values[place] / h.parameters[place].neutral)
-        };
-        assert!(area(&smaller).0);
-        smaller.scale_to_likeliest_size();
-        for (p, value) in smaller.parameters.iter().zip(&smaller.values).filter(|(p, _)| p.neutral != 0.0) {
-            assert!((value / p.neutral - 1.0).abs() < 1e-6, "{:?}: {value} {}", p.slot, p.neutral);
         }
     }
 

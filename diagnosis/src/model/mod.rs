@@ -4,3 +4,4 @@ pub(crate) mod effects;
 pub(crate) mod hypothesis;
 pub(crate) mod nominal;
 pub(crate) mod parameter;
+mod without_trace;

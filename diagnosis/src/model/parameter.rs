@@ -98,6 +98,16 @@ impl Parameter {
         if order && self.neutral == 0.0 { self.scale } else { self.neutral }
     }
 
+    /// By how many of its tolerances a value is off what the rig file states; `None` where none is stated.
+    pub(crate) fn tolerances_off(&self, value: f64) -> Option<f64> {
+        Some((value - self.neutral) / self.tolerance?)
+    }
+
+    /// What its tolerance alone tells of it: the curvature of the prior's cost, in its scale; zero where none is stated.
+    pub(crate) fn told_by_tolerance(&self) -> f64 {
+        self.tolerance.map_or(0.0, |tolerance| (self.scale / tolerance).powi(2))
+    }
+
     /// Whether a value of it is at a bound, as far as steps go.
     pub(crate) fn is_at_bound(&self, value: f64) -> bool {
         (self.max - value).min(value - self.min) < constants::step_smooth() * self.scale

@@ -2,7 +2,7 @@
 //! offset, an incline. Alone each is too small to be found, and together they leave every balance open, so that one effect at
 //! a time explains nothing. All of them at once, each with a prior, are an ordinary fit.
 
-use super::nominal_fit::from_best_breakaway;
+use super::breakaway::from_best_breakaway;
 use super::penalty::negligible;
 use super::visibility::candidates;
 use crate::balances::observers::Mechanics;

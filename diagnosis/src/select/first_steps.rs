@@ -1,6 +1,6 @@
 //! The first iterations of candidates for one more cause, on a subset of the data.
 
-use super::nominal_fit::from_best_breakaway;
+use super::breakaway::{best_stribeck, from_best_breakaway};
 use super::penalty::{beyond_noise_in, wide_open};
 use super::scoring::Scoring;
 use crate::balances::observers::Mechanics;
@@ -84,22 +84,27 @@ fn by_predictions(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, star
 }
 
 /// Candidates that act on mechanics, begun by the momentum of a sliding piston, with the number of their start. That balance has
-/// one minimum and costs a tenth of a prediction: it tells which of them predictions go on from.
+/// one minimum and costs a tenth of a prediction: it tells which of them predictions go on from. What acts before the piston slides
+/// it does not see: that is looked for behind mechanics that slide as measured.
 fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<(usize, Fit)> {
     let iterations = constants::first_iterations();
-    let acts = |effect: Effect| {
-        effects::channels(effect) & Channel::Position.bit() != 0 && !effect.identification().starts_form_a_grid
-    };
     let sliding = scoring.subset().judging(Mechanics::Momentum);
     let Some(without) = sliding.refit(from.hypothesis.relaxed(), Channel::Position.bit(), iterations) else {
         return Vec::new();
     };
-    let begin = |(effect, start): &Start<'_>| {
-        let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, true);
-        sliding.refit(extended, effects::channels(*effect), iterations)
+    let mut acting: Vec<usize> = (0..starts.len()).collect();
+    acting.retain(|k| effects::channels(starts[*k].0) & Channel::Position.bit() != 0);
+    let (mut resting, seen): (Vec<usize>, Vec<usize>) =
+        acting.into_iter().partition(|k| starts[*k].0.identification().starts_form_a_grid);
+    resting.dedup_by_key(|k| starts[*k].0);
+    let extended = |k: usize, from: &Hypothesis, anew: bool| {
+        let (effect, start) = starts[k];
+        from.with(effect, problem.parameters(effect), start, anew)
     };
-    let all = starts.par_iter().enumerate().filter(|(_, (effect, _))| acts(*effect));
-    let begun: Vec<(usize, Fit)> = all.filter_map(|(k, start)| Some((k, begin(start)?))).collect();
+    let begin = |k: usize| {
+        Some((k, sliding.refit(extended(k, &from.hypothesis, true), effects::channels(starts[k].0), iterations)?))
+    };
+    let begun: Vec<(usize, Fit)> = seen.into_par_iter().filter_map(begin).collect();
     let cost = |fit: &Fit| fit.cost(&sliding);
     let lowest = begun.iter().map(|(_, fit)| cost(fit)).fold(f64::INFINITY, f64::min);
     let go_on = |(k, fit): &(usize, Fit)| {
@@ -108,5 +113,10 @@ fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts:
         Some((*k, problem.evaluate_as_is(fit.hypothesis)?))
     };
     let chosen = begun.par_iter().filter(|(_, fit)| promising(cost(fit), lowest, cost(&without)));
-    chosen.filter_map(go_on).collect()
+    let look = |k: usize| {
+        let (begun, channels) = (extended(k, &without.hypothesis, false), effects::channels(starts[k].0));
+        let fit = scoring.subset().refit(best_stribeck(problem, scoring.subset(), begun), channels, iterations)?;
+        Some((k, problem.evaluate_as_is(fit.hypothesis)?))
+    };
+    chosen.filter_map(go_on).chain(resting.into_par_iter().filter_map(look)).collect()
 }

@@ -1,6 +1,7 @@
 //! Which causes: score test, forward selection, backward elimination, exchange, ties; and what every rig has a little of.
 
 pub(crate) mod backward;
+mod breakaway;
 pub(crate) mod everyday;
 pub(crate) mod exchange;
 mod first_steps;

@@ -1,14 +1,12 @@
 //! The fit of the nominal values alone, within their tolerances.
 
+use super::breakaway::{best_breakaway, from_best_breakaway};
 use super::penalty::beyond_noise_in;
 use crate::balances::observers::Mechanics;
 use crate::constants;
-use crate::data::channel::{Channel, Channels};
+use crate::data::channel::Channel;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
-use crate::model::parameter::Slot;
-use plant_model::Place;
-use rayon::prelude::*;
 
 /// A minimum beside the truth leaves most of what it leaves for nothing: less than this part is left where mechanics begin by momentum. Of three
 /// such logs 0.07 to 0.23 were left, beside a hidden piston area 0.96.
@@ -42,50 +40,6 @@ fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
     problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
 }
 
-/// A fit that begins with the static friction, and the stiffness of the bristles, at which mechanics cost least, after something `changed` in some channels.
-pub(super) fn from_best_breakaway(
-    problem: &Problem<'_>,
-    hypothesis: Hypothesis,
-    changed: Channels,
-    iterations: usize,
-) -> Option<Fit> {
-    problem.refit(best_breakaway(problem, hypothesis), changed, iterations)
-}
-
-/// The same hypothesis with the static friction at which mechanics cost least, and with such a stiffness of the bristles where that is
-/// open: sliding says little of them, and a fit does not come from one valley to another.
-fn best_breakaway(problem: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
-    let by_level = best_level(problem, hypothesis, Place::static_n);
-    let best = best_level(problem, by_level.clone(), Place::stiffness_n_per_m);
-    // How much force there is before the piston slides depends on both.
-    if best.values == by_level.values { best } else { best_level(problem, best, Place::static_n) }
-}
-
-/// The same hypothesis with the level of a value at which mechanics cost least.
-fn best_level(problem: &Problem<'_>, hypothesis: Hypothesis, of: Place) -> Hypothesis {
-    let slot = Slot::Nominal(of.key());
-    let Some(place) = hypothesis.parameters.iter().position(|p| p.slot == slot) else { return hypothesis };
-    let p = hypothesis.parameters[place];
-    // Of what is positive levels are a factor apart, whatever its unit.
-    let least = p.min.max(1.0e-3 * p.neutral);
-    let levels: Vec<f64> = std::iter::successors(Some(least), |level| Some(level * constants::level_step()))
-        .take_while(|level| *level <= p.max)
-        .collect();
-    let cost = |level: &f64| {
-        let mut values = hypothesis.values.clone();
-        values[place] = *level;
-        let residuals = problem.evaluate(&hypothesis, &values, Channel::Position.bit())?;
-        Some((problem.total(&residuals, &hypothesis, &values), *level))
-    };
-    let all: Vec<(f64, f64)> = levels.par_iter().chain([&hypothesis.values[place]]).filter_map(cost).collect();
-    let best = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    let mut out = hypothesis;
-    if let Some((_, level)) = best {
-        out.values[place] = level;
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,7 +49,8 @@ mod tests {
     use crate::data::prepare::prepare;
     use crate::estimate::effort::Effort;
     use crate::model::nominal::nominal_parameters;
-    use plant_model::Effects;
+    use crate::model::parameter::Slot;
+    use plant_model::{Effects, Place};
     use rig_files::RigFile;
 
     #[test]

@@ -30,7 +30,9 @@ pub(crate) fn ties(problem: &Problem<'_>, best: &Fit, all: Vec<Option<Alternativ
                 }
             }
         }
-        let alike = effect.structural_ties().chain(untried(*effect));
+        // What no log tells from an effect that fits as well, no log tells from the cause.
+        let structural = tied.iter().chain([effect]).flat_map(|tied| tied.structural_ties());
+        let alike: Vec<Effect> = structural.chain(untried(*effect)).filter(|other| other != effect).collect();
         for other in alike {
             if !tied.contains(&other) && !best.hypothesis.effects.contains(&other) {
                 tied.push(other);

@@ -121,9 +121,8 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
 /// Along its principal axes that the log tells better than half, squares over that variance are those of normal variables.
 pub(crate) fn is_likely_rig(fit: &Fit) -> bool {
     let hypothesis = &fit.hypothesis;
-    let stated = |(place, (p, value)): (usize, (&Parameter, &f64))| {
-        p.tolerance.map(|tolerance| (place, tolerance, (value - p.neutral) / tolerance))
-    };
+    let stated =
+        |(place, (p, value)): (usize, (&Parameter, &f64))| Some((place, p.tolerance?, p.tolerances_off(*value)?));
     let pairs = hypothesis.parameters.iter().zip(&hypothesis.values);
     let stated: Vec<(usize, f64, f64)> = pairs.enumerate().filter_map(stated).collect();
     let Some(covariance) = &fit.covariance else { return true };

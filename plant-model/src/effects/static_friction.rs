@@ -56,6 +56,12 @@ impl Definition for StaticFriction {
         model.static_n = values[0].at_least(model.coulomb_n);
     }
 
+    /// The force of the supply on the larger side, the other side vented: a piston that holds against more never moves.
+    fn most(rig: &Rig<f64>) -> [f64; MAX_PARAMETERS] {
+        let area_m2 = rig.cylinder.area_a_m2.max(rig.cylinder.area_b_m2);
+        one((rig.supply.pressure_pa - rig.supply.atmosphere_pa) * area_m2)
+    }
+
     fn scales(_rig: &Rig<f64>, neutral: &[f64; MAX_PARAMETERS]) -> [f64; MAX_PARAMETERS] {
         one(VISIBLE_PART * neutral[0])
     }
