@@ -26,24 +26,32 @@ pub(super) fn from_best_breakaway(
     problem.refit(best_breakaway(problem, hypothesis), changed, iterations)
 }
 
-/// The same hypothesis with the Stribeck velocity, and static friction and bristles with it, at which mechanics cost least: for a
-/// static friction that no tolerance bounds. How soon friction falls once the piston slides sets how much of it a log shows, so
-/// each velocity has a valley of its own. Breakaways are rare, and a subset has too few of them to tell two valleys apart.
-pub(super) fn best_stribeck(problem: &Problem<'_>, subset: &Problem<'_>, hypothesis: Hypothesis) -> Hypothesis {
+/// A fit with the Stribeck velocity, and static friction and bristles with it, from which mechanics cost least, after something `changed`
+/// in some channels: for a static friction that no tolerance bounds. How soon friction falls once the piston slides sets how much of it
+/// a log shows, so each velocity has a valley of its own. Breakaways are rare, and a subset has too few of them to tell two valleys
+/// apart.
+pub(super) fn from_best_stribeck(
+    problem: &Problem<'_>,
+    subset: &Problem<'_>,
+    hypothesis: &Hypothesis,
+    changed: Channels,
+    iterations: usize,
+) -> Option<Fit> {
     let stated = Slot::Nominal(Place::stribeck_velocity_m_per_s.key());
-    let Some(place) = hypothesis.parameters.iter().position(|p| p.slot == stated) else {
-        return best_breakaway(problem, hypothesis);
-    };
-    let p = hypothesis.parameters[place];
+    let place = hypothesis.parameters.iter().position(|p| p.slot == stated);
     let at = |steps: i32| {
         let mut begun = hypothesis.clone();
-        begun.values[place] = (STRIBECK_STEP.powi(steps) * p.neutral).clamp(p.min, p.max);
+        if let Some(place) = place {
+            let p = hypothesis.parameters[place];
+            begun.values[place] = (STRIBECK_STEP.powi(steps) * p.neutral).clamp(p.min, p.max);
+        }
         let begun = best_level(problem, begun, Place::static_n);
-        problem.evaluate_as_is(best_level(subset, begun, Place::stiffness_n_per_m))
+        let fit = subset.refit(best_level(subset, begun, Place::stiffness_n_per_m), changed, iterations)?;
+        problem.evaluate_as_is(fit.hypothesis)
     };
-    let all = (-2..=2).into_par_iter().filter_map(at);
-    let best = all.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
-    best.map_or(hypothesis, |best| best_level(problem, best.hypothesis, Place::static_n))
+    let all = if place.is_some() { -2..=2 } else { 0..=0 };
+    let fits = all.into_par_iter().filter_map(at);
+    fits.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
 }
 
 /// The same hypothesis with the static friction at which mechanics cost least, and with such a stiffness of the bristles where that is
@@ -110,7 +118,8 @@ mod tests {
         let effect = Effect::StaticFriction;
         let parameters = problem.parameters(effect);
         let begun = Hypothesis::null(&nominal).with(effect, parameters, &[stated.rig.friction.static_n], false);
-        let found = best_stribeck(&problem, &problem.subset().0, begun);
+        let (y, few) = (Channel::Position.bit(), constants::first_iterations());
+        let found = from_best_stribeck(&problem, &problem.subset().0, &begun, y, few).expect("a sound rig").hypothesis;
         let part = found.values_of(effect)[0] / rig.rig.friction.static_n;
         let stribeck = Slot::Nominal(Place::stribeck_velocity_m_per_s.key());
         let faster = found.value(stribeck).expect("open") / stated.rig.friction.stribeck_velocity_m_per_s;

@@ -1,6 +1,6 @@
 //! The first iterations of candidates for one more cause, on a subset of the data.
 
-use super::breakaway::{best_stribeck, from_best_breakaway};
+use super::breakaway::{from_best_breakaway, from_best_stribeck};
 use super::penalty::{beyond_noise_in, wide_open};
 use super::scoring::Scoring;
 use crate::balances::observers::Mechanics;
@@ -115,8 +115,7 @@ fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts:
     let chosen = begun.par_iter().filter(|(_, fit)| promising(cost(fit), lowest, cost(&without)));
     let look = |k: usize| {
         let (begun, channels) = (extended(k, &without.hypothesis, false), effects::channels(starts[k].0));
-        let fit = scoring.subset().refit(best_stribeck(problem, scoring.subset(), begun), channels, iterations)?;
-        Some((k, problem.evaluate_as_is(fit.hypothesis)?))
+        Some((k, from_best_stribeck(problem, scoring.subset(), &begun, channels, iterations)?))
     };
     chosen.filter_map(go_on).chain(resting.into_par_iter().filter_map(look)).collect()
 }

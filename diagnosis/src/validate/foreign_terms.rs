@@ -67,7 +67,8 @@ pub(crate) fn replacing(problem: &Problem<'_>, best: &Fit, effect: Effect, witho
 }
 
 /// Words and figures for the terms added to `from` that hold on `held`, the part of the log held back: those that take at least
-/// [`constants::least_term`] of what would be left there without them, in the balances they act on, the largest first.
+/// [`constants::least_term`] of what would be left there without them, in the balances they act on, and are as [sure](constants::sure)
+/// as a cause, the largest first.
 pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, extended: Extended) -> Description {
     let Extended { fit, terms } = extended;
     let fit = problem.with_errors(fit);
@@ -83,8 +84,13 @@ pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, ex
         without.values[place] = 0.0;
         taken(&without, term.channels)
     };
+    let error = |place: usize| fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)].max(0.0).sqrt());
+    // A factor that its errors hide says that other values do the same.
+    let unsure = |place: usize| fit.hypothesis.values[place].abs() < constants::sure() * error(place);
     let found = fit.hypothesis.parameters.iter().enumerate().filter_map(|(place, parameter)| match parameter.slot {
-        Slot::Term(index) => Some((place, &problem.terms[index], share(place, &problem.terms[index]))),
+        Slot::Term(index) if !unsure(place) => {
+            Some((place, &problem.terms[index], share(place, &problem.terms[index])))
+        }
         _ => None,
     });
     // Where nothing is held back the share is not known.
@@ -96,7 +102,44 @@ pub(crate) fn describe(problem: &Problem<'_>, held: &Problem<'_>, from: &Fit, ex
         words: term.words,
         formula: term.formula.clone(),
         factor: fit.hypothesis.values[place],
-        std_error: fit.covariance.as_ref().map_or(f64::NAN, |c| c[(place, place)].max(0.0).sqrt()),
+        std_error: error(place),
     });
     Description { terms: missing.collect(), holdout_share: taken(&from.hypothesis, touched) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated};
+    use crate::balances::term_library::library;
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::nominal::nominal_parameters;
+    use plant_model::{Effects, Plant};
+    use rig_files::RigFile;
+
+    #[test]
+    fn a_term_of_which_only_a_sum_with_another_is_known_is_no_description() {
+        let rig = RigFile::paper_c();
+        let hidden = Effects::none().with(Effect::ViscousFriction, &[3.0 * rig.rig.friction.viscous_n_s_per_m]);
+        let mut log = simulated(&rig, &hidden, 12_000, |t_s| 1.5 * (3.0 * t_s).sin() + 0.8 * (11.0 * t_s).sin());
+        add_noise(&mut log, 5.0e-6, 100.0);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let plant = Plant::new(&rig.rig, &rig.effects).expect("a sound rig");
+        let terms = library(&record, &plant, judgeable);
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &effort));
+        let problem = Problem { terms: &terms, ..problem };
+        let null = problem.evaluate_as_is(Hypothesis::null(&nominal)).expect("a sound rig");
+        let once = extend(&problem, &null, Channel::Position.bit(), 1);
+        let [index] = once.terms[..] else { panic!("{:?}", once.terms) };
+        let both = once.fit.hypothesis.with_term(index, problem.terms[index].channels);
+        let twice = Extended { fit: problem.evaluate_as_is(both).expect("a sound rig"), terms: vec![index; 2] };
+        let told = |extended: Extended| describe(&problem, &problem.held_back(), &null, extended).terms.len();
+        assert_eq!([once, twice].map(told), [1, 0]);
+    }
 }
