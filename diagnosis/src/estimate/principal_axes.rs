@@ -157,7 +157,7 @@ impl Problem<'_> {
     }
 
     /// A transformation `T` of the parameters after which the normal matrix `H` of the data, as `T' H T`, has the curvature of the
-    /// data's cost along the flat axes of a fit; second, that of the tolerances, which is known.
+    /// data's cost along the flat axes of a fit. The normal matrix of the tolerances (`prior`) is known as it is.
     pub(super) fn measured_curvature(&self, fit: &Fit, data: &DMatrix<f64>, prior: &DMatrix<f64>) -> DMatrix<f64> {
         let axes = axes(&fit.hypothesis, &(data + prior));
         let measured: Vec<Option<f64>> = axes.par_iter().map(|axis| self.curvature_along(fit, axis)).collect();

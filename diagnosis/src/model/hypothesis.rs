@@ -2,7 +2,6 @@
 
 use super::effects::{channels, moves_nominal_values};
 use super::parameter::{Parameter, Slot};
-use super::without_trace::exponent_in_step;
 use crate::constants;
 use crate::data::channel::Channels;
 use plant_model::effects::identification::StandsFor;
@@ -168,7 +167,7 @@ impl Hypothesis {
             return;
         }
         for (parameter, value) in self.parameters.iter().zip(&mut self.values) {
-            let exponent = exponent_in_step(effect, parameter);
+            let exponent = parameter.exponent_in_step(effect);
             let by = match exponent {
                 0 => 1.0,
                 ..0 => 1.0 / factor,

@@ -3,6 +3,7 @@
 use crate::constants;
 use crate::data::channel::Channels;
 use plant_model::effects::identification::StandsFor;
+use plant_model::similarity::size_exponent;
 use plant_model::{Effect, Place};
 use rig_files::RigKey;
 
@@ -106,6 +107,29 @@ impl Parameter {
     /// What its tolerance alone tells of it: the curvature of the prior's cost, in its scale; zero where none is stated.
     pub(crate) fn told_by_tolerance(&self) -> f64 {
         self.tolerance.map_or(0.0, |tolerance| (self.scale / tolerance).powi(2))
+    }
+
+    /// The exponent with which it changes with the cross-section.
+    pub(crate) fn size_exponent(&self) -> i8 {
+        match self.slot {
+            Slot::Nominal(key) => size_exponent(key.name),
+            Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
+            Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
+        }
+    }
+
+    /// The exponent with which it changes in step with an effect that takes nominal values with it.
+    pub(crate) fn exponent_in_step(&self, effect: Effect) -> i8 {
+        match self.slot {
+            Slot::Nominal(key) => {
+                // A path names a key, or the key of both sides that it is one of.
+                let names = |path: &str| key.path == path || key.both_sides().is_some_and(|both| both.path == path);
+                let keys = effect.identification().moves_in_step;
+                keys.iter().find(|(path, _)| names(path)).map_or(0, |(_, exponent)| *exponent)
+            }
+            Slot::Effect(other, index) | Slot::Stated(other, index) => other.identification().length_exponents[index],
+            Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
+        }
     }
 
     /// Whether a value of it is at a bound, as far as steps go.

@@ -6,8 +6,6 @@ use super::hypothesis::Hypothesis;
 use super::parameter::{Parameter, Slot};
 use nalgebra::DVector;
 use plant_model::Effect;
-use plant_model::similarity::size_exponent;
-use rig_files::RigKey;
 
 impl Hypothesis {
     /// The directions of the parameters, in their scales, along which no log shows a change, only tolerances do: that of a common
@@ -19,11 +17,11 @@ impl Hypothesis {
             let changes = pairs.map(|(parameter, value)| f64::from(exponent(parameter)) * value / parameter.scale);
             DVector::from_iterator(self.values.len(), changes)
         };
-        let size = self.has_free_area().then(|| along(&size_exponent_of));
+        let size = self.has_free_area().then(|| along(&Parameter::size_exponent));
         let moving = self.effects.iter().filter(|effect| moves_nominal_values(**effect));
         let in_step = moving.map(|effect| {
             along(&|parameter| {
-                if parameter.slot == Slot::Effect(*effect, 0) { 1 } else { exponent_in_step(*effect, parameter) }
+                if parameter.slot == Slot::Effect(*effect, 0) { 1 } else { parameter.exponent_in_step(*effect) }
             })
         });
         size.into_iter().chain(in_step).collect()
@@ -37,7 +35,7 @@ impl Hypothesis {
     /// Moves along similarity to where tolerances like the values best: no log tells a common factor on the cross-section.
     pub(crate) fn scale_to_likeliest_size(&mut self) {
         let sized: Vec<(usize, f64)> = (0..self.values.len())
-            .map(|i| (i, f64::from(size_exponent_of(&self.parameters[i]))))
+            .map(|i| (i, f64::from(self.parameters[i].size_exponent())))
             .filter(|(i, exponent)| *exponent != 0.0 && self.values[*i] != 0.0)
             .collect();
         // The logarithm of the factor, as far as bounds allow.
@@ -71,32 +69,6 @@ impl Hypothesis {
     }
 }
 
-/// Whether a path names a key, or the key of both sides that it is one of.
-fn names(path: &str, key: &RigKey) -> bool {
-    key.path == path || key.both_sides().is_some_and(|both| both.path == path)
-}
-
-/// The exponent with which a parameter changes with the cross-section.
-fn size_exponent_of(parameter: &Parameter) -> i8 {
-    match parameter.slot {
-        Slot::Nominal(key) => size_exponent(key.name),
-        Slot::Effect(effect, index) | Slot::Stated(effect, index) => effect.size_exponent(index),
-        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
-    }
-}
-
-/// The exponent with which a parameter changes in step with an effect that takes nominal values with it.
-pub(super) fn exponent_in_step(effect: Effect, parameter: &Parameter) -> i8 {
-    match parameter.slot {
-        Slot::Nominal(key) => {
-            let keys = effect.identification().moves_in_step;
-            keys.iter().find(|(path, _)| names(path, key)).map_or(0, |(_, exponent)| *exponent)
-        }
-        Slot::Effect(other, index) | Slot::Stated(other, index) => other.identification().length_exponents[index],
-        Slot::Term(_) | Slot::Opening(_) | Slot::Rounding | Slot::SupplySensor => 0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,7 +81,7 @@ mod tests {
         let nominal = crate::model::nominal::nominal_parameters(&rig, 0b0111, false, &[-5.0, 5.0]);
         let mut smaller = Hypothesis::null(&nominal);
         for (p, value) in smaller.parameters.iter().zip(&mut smaller.values) {
-            *value *= 0.98_f64.powi(size_exponent_of(p).into());
+            *value *= 0.98_f64.powi(p.size_exponent().into());
         }
         let area = |h: &Hypothesis| {
             let place = h.parameters.iter().position(|p| p.slot.stated_key() == Some("cylinder.area_m2"));
