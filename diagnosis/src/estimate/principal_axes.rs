@@ -277,6 +277,40 @@ mod tests {
     }
 
     #[test]
+    fn of_an_area_and_factors_on_it_only_the_products_leave_a_trace() {
+        let mut rig = RigFile::paper_a();
+        for path in
+            ["cylinder.area_m2", "friction.stiffness_n_per_m", "friction.damping_n_s_per_m", "friction.breakaway_m"]
+        {
+            assert!(rig.tolerance.set(path, 0.02));
+        }
+        rig.tolerance.default = 0.02;
+        let log = simulated(&rig, &Effects::none(), 4000, stick_slip_v);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &effort));
+        let area = Effect::PistonArea;
+        let h = Hypothesis::null(&nominal).extended_by(area, problem.parameters(area), &[1.05, 0.97]);
+        let cost = |h: &Hypothesis| {
+            let fit = problem.evaluate_as_is(h.clone()).expect("a sound rig");
+            fit.cost_in(&problem, judgeable)
+        };
+        // Common size, and the area against both factors.
+        let directions = h.directions_without_trace();
+        assert_eq!(directions.len(), 2);
+        for direction in &directions {
+            let changed = (cost(&moved(&h, direction, 1.0e-3)) / cost(&h) - 1.0).abs();
+            let mut part = direction.clone();
+            let first = part.iter().position(|d| *d != 0.0).expect("something moves");
+            part[first] = 0.0;
+            let shown = (cost(&moved(&h, &part, 1.0e-3)) / cost(&h) - 1.0).abs();
+            assert!(changed < 0.05 * shown, "{changed} {shown}");
+        }
+    }
+
+    #[test]
     fn a_parabola_leads_to_its_minimum_or_as_far_downhill_as_it_is_trusted() {
         let reach = constants::axis_reach();
         // Costs (x - 0.3)^2, 2 x^2 + 1, a slope, a summit, a minimum out of reach.

@@ -118,6 +118,16 @@ impl Parameter {
         }
     }
 
+    /// Whether it is the factor of an effect on a nominal value, or on that of both sides.
+    pub(crate) fn multiplies(&self, value: &Self) -> bool {
+        let (Slot::Effect(effect, index) | Slot::Stated(effect, index), Slot::Nominal(key)) = (self.slot, value.slot)
+        else {
+            return false;
+        };
+        let on = effect.identification().factors_on.get(index);
+        on.is_some_and(|path| key.path == *path || key.sides.iter().any(|side| side.key().path == *path))
+    }
+
     /// The exponent with which it changes in step with an effect that takes nominal values with it.
     pub(crate) fn exponent_in_step(&self, effect: Effect) -> i8 {
         match self.slot {

@@ -9,22 +9,35 @@ use plant_model::Effect;
 
 impl Hypothesis {
     /// The directions of the parameters, in their scales, along which no log shows a change, only tolerances do: that of a common
-    /// factor on the cross-section ([`plant_model::similarity`]), where an area is free, and that of an effect that takes nominal
-    /// values with it. Each is a change per logarithm of its factor.
+    /// factor on the cross-section ([`plant_model::similarity`]), where an area is free, that of an effect that takes nominal values
+    /// with it, and for each nominal value that an effect multiplies that of their product. Each is a change per logarithm of its
+    /// factor.
     pub(crate) fn directions_without_trace(&self) -> Vec<DVector<f64>> {
         let along = |exponent: &dyn Fn(&Parameter) -> i8| {
             let pairs = self.parameters.iter().zip(&self.values);
             let changes = pairs.map(|(parameter, value)| f64::from(exponent(parameter)) * value / parameter.scale);
             DVector::from_iterator(self.values.len(), changes)
         };
-        let size = self.has_free_area().then(|| along(&Parameter::size_exponent));
+        let size = self.has_free_area().then(|| along(&|parameter| self.size_exponent_of(parameter)));
         let moving = self.effects.iter().filter(|effect| moves_nominal_values(**effect));
         let in_step = moving.map(|effect| {
             along(&|parameter| {
                 if parameter.slot == Slot::Effect(*effect, 0) { 1 } else { parameter.exponent_in_step(*effect) }
             })
         });
-        size.into_iter().chain(in_step).collect()
+        let multiplied = self.parameters.iter().filter(|value| self.parameters.iter().any(|p| p.multiplies(value)));
+        let products = multiplied.map(|value| {
+            along(&|parameter| {
+                if parameter.slot == value.slot { -1 } else { i8::from(parameter.multiplies(value)) }
+            })
+        });
+        size.into_iter().chain(in_step).chain(products).collect()
+    }
+
+    /// The exponent with which a parameter changes with the cross-section, where a value changes that it multiplies.
+    fn size_exponent_of(&self, parameter: &Parameter) -> i8 {
+        let beside = self.parameters.iter().any(|value| parameter.multiplies(value));
+        if beside { 0 } else { parameter.size_exponent() }
     }
 
     fn has_free_area(&self) -> bool {
@@ -35,7 +48,7 @@ impl Hypothesis {
     /// Moves along similarity to where tolerances like the values best: no log tells a common factor on the cross-section.
     pub(crate) fn scale_to_likeliest_size(&mut self) {
         let sized: Vec<(usize, f64)> = (0..self.values.len())
-            .map(|i| (i, f64::from(self.parameters[i].size_exponent())))
+            .map(|i| (i, f64::from(self.size_exponent_of(&self.parameters[i]))))
             .filter(|(i, exponent)| *exponent != 0.0 && self.values[*i] != 0.0)
             .collect();
         // The logarithm of the factor, as far as bounds allow.

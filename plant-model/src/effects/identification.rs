@@ -304,6 +304,8 @@ pub struct Identification {
     /// Friction levels of the rig file, as paths, to each of which its first parameter times the sum of both gauge pressures adds: what it
     /// adds on average a log shows only together with them.
     pub adds_to_levels: &'static [&'static str],
+    /// Values of the rig file, as paths, that its parameters multiply, in their order: only the products show.
+    pub factors_on: &'static [&'static str],
     /// How its own parameters change when lengths read too long by a factor: the exponents, −1, 0 or 1.
     pub length_exponents: [i8; MAX_PARAMETERS],
     /// How those of its parameters that are factors change with the cross-section, see [`crate::similarity`]: 1 for a factor on an area,
@@ -344,6 +346,7 @@ impl Identification {
             carries_along: &[],
             moves_in_step: &[],
             adds_to_levels: &[],
+            factors_on: &[],
             length_exponents: [0; MAX_PARAMETERS],
             size_exponents: [0; MAX_PARAMETERS],
             starts_fitted: 1,

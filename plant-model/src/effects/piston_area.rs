@@ -47,6 +47,7 @@ impl Definition for PistonArea {
 
     const IDENTIFICATION: &'static Identification = &Identification {
         needs: Needs::BothPressures,
+        factors_on: &["cylinder.area_a_m2", "cylinder.area_b_m2"],
         length_exponents: [-1, -1, 0],
         size_exponents: [1, 1, 0],
         confused_with: &[
