@@ -82,14 +82,14 @@ pub(crate) fn innovations(
             off += variance / width * error;
             variance /= width;
         }
-        // Between two stretches it goes on without being seen.
         let interval_s = record.to_next_row_s(k);
+        let kept = left_after(interval_s);
+        let grows = droop.droop_pa_s_per_kg * record.doubt_drawn_kg_per_s[k] * (1.0 - kept) / sigma;
+        // Between two stretches it goes on without being seen.
         let left = left_after(rows.get(place + 1).map_or(interval_s, |next| record.t_s[*next] - record.t_s[k]));
-        let unseen = 1.0 - left_after(interval_s).powi(2);
-        let grows = droop.droop_pa_s_per_kg * record.doubt_drawn_kg_per_s[k] * (1.0 - left_after(interval_s)) / sigma;
+        let intervals = if kept < 1.0 { (1.0 - left * left) / (1.0 - kept.powi(2)) } else { 0.0 };
         off *= left;
-        variance =
-            left * left * variance + if unseen > 0.0 { grows * grows * (1.0 - left * left) / unseen } else { 0.0 };
+        variance = left * left * variance + grows * grows * intervals;
     }
     (out, log_widths)
 }

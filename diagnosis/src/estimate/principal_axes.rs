@@ -240,14 +240,20 @@ mod tests {
     use plant_model::{Effect, Effects};
     use rig_files::RigFile;
 
-    #[test]
-    fn neither_a_common_size_nor_a_scale_of_the_position_in_step_leaves_a_trace() {
+    /// A rig of which the area, and what of its bristles goes with it, is known to 2 %.
+    fn open_rig() -> RigFile {
         let mut rig = RigFile::paper_a();
         for path in
             ["cylinder.area_m2", "friction.stiffness_n_per_m", "friction.damping_n_s_per_m", "friction.breakaway_m"]
         {
             assert!(rig.tolerance.set(path, 0.02));
         }
+        rig
+    }
+
+    #[test]
+    fn neither_a_common_size_nor_a_scale_of_the_position_in_step_leaves_a_trace() {
+        let rig = open_rig();
         let mut log = simulated(&rig, &Effects::none(), 12_000, stick_slip_v);
         add_noise(&mut log, 5.0e-6, 200.0);
         let record = prepare(&log, &rig);
@@ -278,12 +284,7 @@ mod tests {
 
     #[test]
     fn of_an_area_and_factors_on_it_only_the_products_leave_a_trace() {
-        let mut rig = RigFile::paper_a();
-        for path in
-            ["cylinder.area_m2", "friction.stiffness_n_per_m", "friction.damping_n_s_per_m", "friction.breakaway_m"]
-        {
-            assert!(rig.tolerance.set(path, 0.02));
-        }
+        let mut rig = open_rig();
         rig.tolerance.default = 0.02;
         let log = simulated(&rig, &Effects::none(), 4000, stick_slip_v);
         let record = prepare(&log, &rig);
