@@ -200,7 +200,7 @@ pub struct Piece<R> {
     /// Where it ends, V.
     pub to: R,
     /// Of the powers 0 to 3 of the distance in V from where it begins; rad.
-    coefficients: [R; 4],
+    pub coefficients: [R; 4],
 }
 
 impl<R: Real> Piece<R> {

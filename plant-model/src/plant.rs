@@ -359,18 +359,19 @@ impl<R: Real> Plant<R> {
     #[inline]
     #[must_use]
     pub fn opening(&self, spool_v: R) -> Opening<R> {
-        self.opening_by(spool_v, |w| self.magnitude(w))
-    }
-
-    /// The same with the magnitude in rad at effective commands in V from elsewhere.
-    #[inline]
-    pub fn opening_by(&self, spool_v: R, mut magnitude: impl FnMut(R) -> R) -> Opening<R> {
         let w = self.model.dead_zone.output_v(spool_v);
-        let opening = Opening::open(w, magnitude(w));
+        let opening = self.opening_at(w);
         match self.exhaust_zone() {
             None => opening,
-            Some(zone) => with_exhaust(opening, zone.output_v(spool_v), magnitude),
+            Some(zone) => self.with_exhaust(&opening, zone.output_v(spool_v)),
         }
+    }
+
+    /// An opening with its paths to atmosphere at an effective command of their own, V.
+    #[cold]
+    #[inline(never)]
+    fn with_exhaust(&self, opening: &Opening<R>, w: R) -> Opening<R> {
+        opening.with_exhaust(&self.opening_at(w))
     }
 
     /// The magnitude of the opening in rad at an effective command in V.
@@ -597,14 +598,4 @@ impl<R: Real> Plant<R> {
             self.rates::<false>(&state, &drive, false)
         }
     }
-}
-
-/// An opening with its paths to atmosphere at an effective command of their own, V. Where they alone are open, they say which
-/// way.
-#[cold]
-#[inline(never)]
-fn with_exhaust<R: Real>(opening: Opening<R>, w: R, magnitude: impl FnOnce(R) -> R) -> Opening<R> {
-    let there = Opening::open(w, magnitude(w));
-    let fills_a = if opening.magnitude > R::ZERO { opening.fills_a } else { there.fills_a };
-    Opening { exhaust: there.magnitude, fills_a, ..opening }
 }

@@ -37,8 +37,16 @@ impl<R: Real> Opening<R> {
     /// All paths open by `magnitude` in rad at effective command `w` in V.
     #[inline]
     #[must_use]
-    pub(crate) fn open(w: R, magnitude: R) -> Self {
+    pub fn open(w: R, magnitude: R) -> Self {
         Self { w, magnitude, exhaust: magnitude, fills_a: w >= R::ZERO }
+    }
+
+    /// The same with the paths to atmosphere as they are in another opening. Where they alone are open, they say which way.
+    #[inline]
+    #[must_use]
+    pub fn with_exhaust(&self, there: &Self) -> Self {
+        let fills_a = if self.magnitude > R::ZERO { self.fills_a } else { there.fills_a };
+        Self { exhaust: there.magnitude, fills_a, ..*self }
     }
 
     /// Magnitude in rad of the path that a chamber is filled through, or exhausted.

@@ -190,10 +190,10 @@ pub(crate) fn by_openings(
     let (a, b) = rayon::join(|| linearised(0), || linearised(1));
     let parts = (!remembers(plant)).then_some(stretches);
     let places = |plant: &Plant<f64>| places(record, signals, plant, parts);
-    let along = opening::Along::of(plant, places(plant));
+    let along = opening::Along::of(plant, &places(plant), record);
     let changes = |other: &Plant<f64>| {
         let all = || opening::changes([&air.openings, &opening::openings_at(&places(other), record, other)]);
-        along.changes_to(other, record).unwrap_or_else(all)
+        along.changes_to(other).unwrap_or_else(all)
     };
     let together = |others: &[Plant<f64>]| -> Vec<Innovations> {
         let changes: Vec<opening::Openings> = others.iter().map(changes).collect();

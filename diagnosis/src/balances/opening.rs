@@ -56,8 +56,7 @@ impl Openings {
                 let (duration, here) = (places.parts[part].1, in_part(part));
                 sum = [sum[0] + here[0] * duration, sum[1] + here[1] * duration];
             }
-            let from = record.t_s[k];
-            let interval_s = (from + record.interval_s(k) - from).max(1.0e-9);
+            let interval_s = Self::interval_s(record, k);
             let mean = |sum: f64| if begin == *end { f64::NAN } else { sum / interval_s };
             a.push(mean(sum[0]));
             if apart {
@@ -69,6 +68,12 @@ impl Openings {
         let b = if apart { Arc::new(b) } else { Arc::clone(&a) };
         Self { a, b }
     }
+
+    /// The interval after a sample as the parts of it add up, s.
+    fn interval_s(record: &Record, k: usize) -> f64 {
+        let from = record.t_s[k];
+        (from + record.interval_s(k) - from).max(1.0e-9)
+    }
 }
 
 /// The openings over all of a log.
@@ -79,11 +84,14 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Openings {
 /// The openings where the spool is.
 pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Openings {
     let characteristic = Characteristic::of(plant);
-    let (mut near, mut last) = (0, (f64::NAN, [0.0; 2]));
-    Openings::averaged(places, record, plant.exhaust_zone().is_some(), |part| {
+    let (mut near, mut last) = ([0; 2], (f64::NAN, [0.0; 2]));
+    Openings::averaged(places, record, characteristic.exhaust_zone.is_some(), |part| {
         let place = places.parts[part].0;
         if place != last.0 {
-            last = (place, signed(&characteristic.opening(place, &mut near).0));
+            last = (
+                place,
+                characteristic.signed(characteristic.paths(place, &mut near), |on| characteristic.magnitude(on)),
+            );
         }
         last.1
     })
@@ -95,14 +103,10 @@ pub(super) fn bends(record: &Record, plant: &Plant<f64>) -> Option<Openings> {
     let Some(OpeningCurve::Points(points)) = plant.opening_curve() else { return None };
     let [straight, cubic] =
         [0.0, 1.0].map(|smoothness| Characteristic::through(plant, &points.with_smoothness(smoothness)));
-    let (mut near, places) = (0, places(record, plant, None));
-    Some(Openings::averaged(&places, record, plant.exhaust_zone().is_some(), |part| {
-        let bend = |w: f64| {
-            let on = straight.on(w, near);
-            near = on.piece;
-            (cubic.magnitude(on) - straight.magnitude(on)).abs()
-        };
-        signed(&plant.opening_by(places.parts[part].0, bend))
+    let (mut near, places) = ([0; 2], places(record, plant, None));
+    let bend = |on: On| (cubic.magnitude(on) - straight.magnitude(on)).abs();
+    Some(Openings::averaged(&places, record, straight.exhaust_zone.is_some(), |part| {
+        straight.signed(straight.paths(places.parts[part].0, &mut near), bend)
     }))
 }
 
@@ -128,6 +132,9 @@ fn signed(opening: &Opening<f64>) -> [f64; 2] {
 /// The curve of a plant's opening, a table in pieces.
 struct Characteristic<'a> {
     plant: &'a Plant<f64>,
+    dead_zone: DeadZone<f64>,
+    /// Of the paths to atmosphere, if it is another.
+    exhaust_zone: Option<DeadZone<f64>>,
     /// Beyond the end of flow of negative and of positive commands.
     pieces: [Vec<OpeningPiece<f64>>; 2],
 }
@@ -141,34 +148,53 @@ struct On {
     piece: usize,
 }
 
+/// The effective command of a dead zone in V. Most places of the spool are beyond the rounding of its corners.
+#[inline]
+fn effective_v(zone: &DeadZone<f64>, spool_v: f64) -> f64 {
+    let [right, left] = [spool_v - zone.right_v, spool_v - zone.left_v];
+    if right >= zone.rounding_v {
+        zone.slope_right * right
+    } else if left <= -zone.rounding_v {
+        zone.slope_left * left
+    } else {
+        zone.output_v(spool_v)
+    }
+}
+
 impl<'a> Characteristic<'a> {
     fn of(plant: &'a Plant<f64>) -> Self {
         match plant.opening_curve() {
             Some(OpeningCurve::Points(points)) => Self::through(plant, points),
-            _ => Self { plant, pieces: [Vec::new(), Vec::new()] },
+            _ => Self::with(plant, [Vec::new(), Vec::new()]),
         }
     }
 
     /// Of a plant's valve with other points, or another curve through its own.
     fn through(plant: &'a Plant<f64>, points: &OpeningPoints<f64>) -> Self {
-        Self { plant, pieces: [false, true].map(|positive| points.pieces(positive).collect()) }
+        Self::with(plant, [false, true].map(|positive| points.pieces(positive).collect()))
     }
 
-    /// The opening with the spool at a place in V, beginning on a piece nearby: spools move slowly. And where on the curve the
-    /// path is that fills a chamber, and the one that exhausts if it is elsewhere.
-    fn opening(&self, spool_v: f64, near: &mut usize) -> (Opening<f64>, (On, Option<On>)) {
-        let mut paths = (None, None);
-        let opening = self.plant.opening_by(spool_v, |w| {
-            let on = self.on(w, *near);
+    fn with(plant: &'a Plant<f64>, pieces: [Vec<OpeningPiece<f64>>; 2]) -> Self {
+        Self { plant, dead_zone: *plant.dead_zone(), exhaust_zone: plant.exhaust_zone(), pieces }
+    }
+
+    /// Where on the curve the path is that fills a chamber, and the one that exhausts if it is elsewhere, with the spool at a place in V;
+    /// most likely on pieces nearby, as spools move slowly.
+    fn paths(&self, spool_v: f64, near: &mut [usize; 2]) -> (On, Option<On>) {
+        let on = |zone: &DeadZone<f64>, near: &mut usize| {
+            let on = self.on(effective_v(zone, spool_v), *near);
             *near = on.piece;
-            if paths.0.is_none() {
-                paths.0 = Some(on)
-            } else {
-                paths.1 = Some(on)
-            }
-            self.magnitude(on)
-        });
-        (opening, (paths.0.unwrap_or(On { w: opening.w, piece: *near }), paths.1))
+            on
+        };
+        let [filling, exhausting] = near;
+        (on(&self.dead_zone, filling), self.exhaust_zone.as_ref().map(|zone| on(zone, exhausting)))
+    }
+
+    /// Openings of the paths of A and of B in rad, of such magnitudes; positive where A is filled and B exhausted.
+    fn signed(&self, (filling, exhausting): (On, Option<On>), magnitude: impl Fn(On) -> f64) -> [f64; 2] {
+        let at = |on: On| Opening::open(on.w, magnitude(on));
+        let opening = at(filling);
+        signed(&exhausting.map_or(opening, |exhausting| opening.with_exhaust(&at(exhausting))))
     }
 
     fn side(&self, w: f64) -> &[OpeningPiece<f64>] {
@@ -191,70 +217,108 @@ impl<'a> Characteristic<'a> {
         }
     }
 
-    /// Which pieces another curve has otherwise, if the same commands lead to the same pieces.
-    fn other_pieces(&self, other: &Self) -> Option<[Vec<bool>; 2]> {
-        let joined_alike = |[one, other]: [&OpeningPiece<f64>; 2]| one.from == other.from && one.to == other.to;
-        let of_side = |side: usize| {
-            let (own, others) = (&self.pieces[side], &other.pieces[side]);
-            let pairs = || own.iter().zip(others).map(|(one, other)| [one, other]);
-            let alike = own.len() == others.len() && !own.is_empty() && pairs().all(joined_alike);
-            alike.then(|| pairs().map(|[one, other]| one != other).collect())
-        };
-        Some([of_side(0)?, of_side(1)?])
-    }
-
-    /// The opening in rad, negative for negative commands.
-    fn signed(&self, on: On) -> f64 {
-        if on.w >= 0.0 { self.magnitude(on) } else { -self.magnitude(on) }
+    /// Whether both are tables, and the same commands lead to the same pieces of them.
+    fn joined_like(&self, other: &Self) -> bool {
+        let joined_alike =
+            |(one, other): (&OpeningPiece<f64>, &OpeningPiece<f64>)| one.from == other.from && one.to == other.to;
+        self.pieces.iter().zip(&other.pieces).all(|(own, others)| {
+            own.len() == others.len() && !own.is_empty() && own.iter().zip(others).all(joined_alike)
+        })
     }
 }
 
-/// Where on its curve a plant's opening is while the spool is at its places.
+/// Where on a table of openings the paths are while the spool is at its places.
 pub(super) struct Along<'a> {
     characteristic: Characteristic<'a>,
-    places: Arc<Places>,
-    /// For each part: where the path is that fills a chamber, and the one that exhausts if it is elsewhere.
-    parts: Vec<(On, Option<On>)>,
+    /// No changes: zero, or NaN where openings are not known.
+    none: Vec<f64>,
+    /// Of the paths of A, and of B if they are apart.
+    moments: Vec<Moments>,
+}
+
+/// By pieces of the curve, those of negative and of positive commands: for each sample with its spool there, the means over the interval
+/// of the powers 0 to 3 of the distance from where the piece begins, V, with the signs of the openings. Openings are sums of them.
+struct Moments([Vec<Vec<(usize, [f64; 4])>>; 2]);
+
+impl Moments {
+    fn add(&mut self, characteristic: &Characteristic<'_>, on: On, (sample, share): (usize, f64)) {
+        let Some(piece) = characteristic.side(on.w).get(on.piece) else { return };
+        let there = &mut self.0[usize::from(on.w >= 0.0)][on.piece];
+        if there.last().is_none_or(|(last, _)| *last != sample) {
+            there.push((sample, [0.0; 4]));
+        }
+        let x = on.w.abs().min(piece.to) - piece.from;
+        let mut power = share.copysign(on.w);
+        for moment in there.last_mut().iter_mut().flat_map(|(_, moments)| moments) {
+            *moment += power;
+            power *= x;
+        }
+    }
+
+    /// Adds what other pieces make of openings, sample by sample.
+    fn add_changes([own, others]: [&Characteristic<'_>; 2], moments: &Self, to: &mut [f64]) {
+        for side in [0, 1] {
+            for ((of_piece, own), other) in moments.0[side].iter().zip(&own.pieces[side]).zip(&others.pieces[side]) {
+                if own == other {
+                    continue;
+                }
+                let by: [f64; 4] = core::array::from_fn(|power| other.coefficients[power] - own.coefficients[power]);
+                for (sample, moments) in of_piece {
+                    to[*sample] += moments.iter().zip(by).map(|(moment, by)| moment * by).sum::<f64>();
+                }
+            }
+        }
+    }
 }
 
 impl<'a> Along<'a> {
-    pub(super) fn of(plant: &'a Plant<f64>, places: Arc<Places>) -> Self {
+    pub(super) fn of(plant: &'a Plant<f64>, places: &Places, record: &Record) -> Self {
         let characteristic = Characteristic::of(plant);
-        let mut near = 0;
-        let parts = places.parts.iter().map(|(place, _)| characteristic.opening(*place, &mut near).1).collect();
-        Self { characteristic, places, parts }
+        let empty = || Moments(characteristic.pieces.each_ref().map(|pieces| vec![Vec::new(); pieces.len()]));
+        let mut moments = vec![empty()];
+        if characteristic.exhaust_zone.is_some() {
+            moments.push(empty());
+        }
+        let mut none = Vec::with_capacity(places.ends.len());
+        let (mut near, mut begin) = ([0; 2], 0);
+        for (k, end) in places.ends.iter().enumerate() {
+            let interval_s = Openings::interval_s(record, k);
+            for (place, duration_s) in &places.parts[begin..*end] {
+                let (filling, exhausting) = characteristic.paths(*place, &mut near);
+                let exhausting = exhausting.unwrap_or(filling);
+                // A path that is closed does not say which way the others are open.
+                let fills_a = filling.w >= 0.0 && exhausting.w >= 0.0;
+                let of_a_and_b = if fills_a { [filling, exhausting] } else { [exhausting, filling] };
+                for (moments, on) in moments.iter_mut().zip(of_a_and_b) {
+                    moments.add(&characteristic, on, (k, duration_s / interval_s));
+                }
+            }
+            none.push(if begin == *end { f64::NAN } else { 0.0 });
+            begin = *end;
+        }
+        Self { characteristic, none, moments }
     }
 
-    /// The changes to the openings of a plant with another dead zone, or other openings in its table, its spool at the same places;
-    /// `None` if it differs otherwise. Both move the opening in a few places of the spool: all others are passed over.
-    pub(super) fn changes_to(&self, other: &Plant<f64>, record: &Record) -> Option<Openings> {
+    /// The changes to the openings of a plant with other openings in its table, its spool at the same places; `None` if it differs
+    /// otherwise.
+    pub(super) fn changes_to(&self, other: &Plant<f64>) -> Option<Openings> {
         let (own, others) = (&self.characteristic, Characteristic::of(other));
-        let exhaust = [own.plant.exhaust_zone(), other.exhaust_zone()];
-        let alike = exhaust[0].is_some() == exhaust[1].is_some() && Travel::of(own.plant) == Travel::of(other);
-        let pieces = own.other_pieces(&others).filter(|_| alike)?;
-        let differs = |zones: [DeadZone<f64>; 2]| (zones[0] != zones[1]).then_some(zones[1]);
-        let filling_zone = differs([*own.plant.dead_zone(), *other.dead_zone()]);
-        let exhausting_zone = exhaust[0].zip(exhaust[1]).and_then(|(own, other)| differs([own, other]));
-        // The command in the other zone, and the change.
-        let change = |on: On, zone: Option<&DeadZone<f64>>, place: f64| {
-            let w = zone.map_or(on.w, |zone| zone.output_v(place));
-            if w != on.w {
-                (w, others.signed(others.on(w, on.piece)) - own.signed(on))
-            } else if pieces[usize::from(w >= 0.0)][on.piece] {
-                (w, others.signed(on) - own.signed(on))
-            } else {
-                (w, 0.0)
-            }
-        };
-        Some(Openings::averaged(&self.places, record, exhaust[0].is_some(), |part| {
-            let (place, (filling, exhausting)) = (self.places.parts[part].0, self.parts[part]);
-            let fill = change(filling, filling_zone.as_ref(), place);
-            let Some(exhausting) = exhausting else { return [fill.1; 2] };
-            let exhaust = change(exhausting, exhausting_zone.as_ref(), place);
-            // A path that is closed does not say which way the others are open.
-            let fills_a = [filling.w, exhausting.w, fill.0, exhaust.0].into_iter().all(|w| w >= 0.0);
-            if fills_a { [fill.1, exhaust.1] } else { [exhaust.1, fill.1] }
-        }))
+        let alike = own.dead_zone == others.dead_zone
+            && own.exhaust_zone == others.exhaust_zone
+            && Travel::of(own.plant) == Travel::of(other);
+        (alike && own.joined_like(&others)).then(|| self.changes_by_pieces(&others))
+    }
+
+    /// The changes by other pieces with the spool and the dead zone as they are.
+    fn changes_by_pieces(&self, others: &Characteristic<'_>) -> Openings {
+        let mut of_paths = self.moments.iter().map(|moments| {
+            let mut changes = self.none.clone();
+            Moments::add_changes([&self.characteristic, others], moments, &mut changes);
+            Arc::new(changes)
+        });
+        let a = of_paths.next().unwrap_or_default();
+        let b = of_paths.next().unwrap_or_else(|| Arc::clone(&a));
+        Openings { a, b }
     }
 }
 
@@ -300,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn changes_of_a_table_or_a_dead_zone_are_differences_of_openings() {
+    fn changes_of_a_table_are_differences_of_openings() {
         let sheet = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("../rigs/festo-dsbc-32-200.toml");
         let mut file = RigFile::read(&sheet).unwrap();
         (file.rig.valve.corner_rounding_v, file.rig.valve.opening_smoothness) = (0.05, 0.7);
@@ -313,26 +377,28 @@ mod tests {
         let log = Log { y_m: vec![0.0; t_s.len()], u_v: Some(u_v), t_s, ..Log::default() };
         let record = prepare(&log, &file);
         type Change = (&'static str, fn(&mut plant_model::Rig<f64>));
-        let changes: [Change; 5] = [
+        let changes: [Change; 3] = [
             ("a point", |rig| rig.opening.set_opening(1, -0.52)),
             ("the first point of a side", |rig| rig.opening.set_opening(4, 0.11)),
-            ("corners", |rig| rig.valve.corner_rounding_v *= 1.2),
             ("the cubic's part", |rig| rig.valve.opening_smoothness += 0.1),
-            ("edges", |rig| rig.valve.exhaust_overlap_v += 0.003),
         ];
         for overlap_v in [0.0, 0.01] {
             file.rig.valve.exhaust_overlap_v = overlap_v;
             let plant = Plant::new(&file.rig, &Effects::none()).unwrap();
-            let at = Arc::new(places(&record, &plant, None));
-            let (as_is, along) = (openings_at(&at, &record, &plant), Along::of(&plant, Arc::clone(&at)));
+            let at = places(&record, &plant, None);
+            let (as_is, along) = (openings_at(&at, &record, &plant), Along::of(&plant, &at, &record));
+            // A path followed piece by piece is where the plant's opening is, to the last bit.
+            let (characteristic, mut near) = (Characteristic::of(&plant), [0; 2]);
+            for spool_v in (-600..600).map(|k| 0.01 * f64::from(k)) {
+                let paths = characteristic.paths(spool_v, &mut near);
+                let opening = characteristic.signed(paths, |on| characteristic.magnitude(on));
+                assert_eq!(opening, signed_openings(&plant, spool_v), "{spool_v} V");
+            }
             for (what, change) in changes {
                 let mut rig = file.rig;
                 change(&mut rig);
                 let other = Plant::new(&rig, &Effects::none()).unwrap();
-                let Some(found) = along.changes_to(&other, &record) else {
-                    assert!(what == "edges" && overlap_v == 0.0, "{what}, edges {overlap_v} V apart: not found");
-                    continue;
-                };
+                let found = along.changes_to(&other).expect(what);
                 let exact = super::changes([&as_is, &openings_at(&at, &record, &other)]);
                 for side in [Side::A, Side::B] {
                     let pairs = || found.of(side).iter().zip(exact.of(side));
@@ -344,6 +410,9 @@ mod tests {
                     assert!(moved > 0, "{what} changes nothing");
                 }
             }
+            let mut other = file.rig;
+            other.valve.corner_rounding_v *= 1.2;
+            assert!(along.changes_to(&Plant::new(&other, &Effects::none()).unwrap()).is_none());
         }
     }
 }

@@ -17,7 +17,9 @@ impl Problem<'_> {
     pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
         let hypothesis = &fit.hypothesis;
         let values = hypothesis.values.clone();
-        let Some(Jacobian { base: residuals, columns, .. }) = self.jacobian(&fit) else { return fit };
+        let Some(slopes) = self.jacobian(&fit) else { return fit };
+        let errors = self.slope_errors(&slopes);
+        let Jacobian { base: residuals, columns, .. } = slopes;
         let references: Vec<&Residuals> = columns.iter().collect();
         let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
         let n = columns.len();
@@ -46,7 +48,7 @@ impl Problem<'_> {
         let prior = DMatrix::from_diagonal(&DVector::from_iterator(n, known));
         let told = self.told(&fit);
         let data = &told * (matrix - &prior) * &told;
-        let across = told * self.measured_curvature(&fit, &data, &prior);
+        let across = told * self.measured_curvature(&fit, (&data, &errors), &prior);
         let [matrix, meat] = [data, meat].map(|of| across.transpose() * of * &across + &prior);
         if let Some(inverse) = regularised(&matrix, 1.0e-15).try_inverse() {
             let mut covariance = &inverse * meat * &inverse;

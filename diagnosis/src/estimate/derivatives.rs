@@ -4,7 +4,7 @@ use super::compensation::{Companion, moved, separated};
 use super::likelihood::{Residuals, weight};
 use super::problem::{Fit, Problem};
 use crate::constants;
-use crate::data::channel::Channel;
+use crate::data::channel::{Channel, Channels};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
 use nalgebra::{DMatrix, DVector};
@@ -38,49 +38,58 @@ impl Problem<'_> {
         base: &Residuals,
         index: usize,
     ) -> Residuals {
-        self.difference_quotient(hypothesis, (values, base), index, &[])
+        let mut out = Residuals::default();
+        self.difference_quotient(
+            hypothesis,
+            (values, base),
+            (index, &[]),
+            hypothesis.parameters[index].channels,
+            &mut out,
+        );
+        out
     }
 
-    /// The derivatives by those parameters of a hypothesis that are `wanted`. Parameters that raise a level are moved with their
-    /// [companions](super::compensation).
+    /// The derivatives by the parameters of a hypothesis, in those channels on which each is `wanted`; all else in `columns` stays as it
+    /// is. Parameters that raise a level are moved with their [companions](super::compensation).
     pub(crate) fn derivatives(
         &self,
         hypothesis: &Hypothesis,
         at: (&[f64], &Residuals),
-        wanted: impl Fn(usize) -> bool + Sync,
+        wanted: impl Fn(usize) -> Channels + Sync,
         columns: &mut [Residuals],
     ) {
         let companions = self.companions(hypothesis);
-        let through_opening = self.through_opening(hypothesis, at.0, &wanted);
+        let wanted = |index: usize| wanted(index) & hypothesis.parameters[index].channels;
+        let through_opening = self.through_opening(hypothesis, at.0, |index| wanted(index) != 0);
         let by_opening = || self.by_opening(hypothesis, at.0, &through_opening);
-        let others = |index: usize| wanted(index) && !through_opening.iter().any(|moved| moved.index == index);
+        let others = |index: usize| wanted(index) != 0 && !through_opening.iter().any(|moved| moved.index == index);
         let differences = || {
             columns.par_iter_mut().enumerate().filter(|(index, _)| others(*index)).for_each(|(index, column)| {
-                *column = self.difference_quotient(hypothesis, at, index, &companions[index]);
+                self.difference_quotient(hypothesis, at, (index, &companions[index]), wanted(index), column);
             });
         };
         let (by_opening, ()) = rayon::join(by_opening, differences);
         for (moved, column) in through_opening.iter().zip(by_opening) {
             columns[moved.index] = column;
         }
-        for index in (0..columns.len()).filter(|index| wanted(*index)) {
+        for index in (0..columns.len()).filter(|index| wanted(*index) & Channel::Position.bit() != 0) {
             separated(hypothesis, columns, (index, &companions[index]));
         }
     }
 
-    /// The change of the residuals per scale of a parameter that is moved with its companions.
+    /// The change of the residuals in some channels per scale of a parameter that is moved with its companions.
     fn difference_quotient(
         &self,
         hypothesis: &Hypothesis,
         (values, base): (&[f64], &Residuals),
-        index: usize,
-        companions: &[Companion],
-    ) -> Residuals {
+        (index, companions): (usize, &[Companion]),
+        wanted: Channels,
+        out: &mut Residuals,
+    ) {
         let parameter = &hypothesis.parameters[index];
         let rough = Channel::Position.bit();
-        let mut out = Residuals::default();
         for (channels, relative) in [(rough, constants::step_rough()), (!rough, constants::step_smooth())] {
-            let wanted = parameter.channels & channels;
+            let wanted = wanted & channels;
             if wanted == 0 {
                 continue;
             }
@@ -91,14 +100,12 @@ impl Problem<'_> {
                 step = -step;
                 after(step)
             });
-            for (channel, new) in residuals.iter().flat_map(|r| r.channels.iter().enumerate()) {
-                let pairs = new.iter().zip(&base.channels[channel]);
-                if !new.is_empty() {
-                    out.channels[channel] = pairs.map(|(a, b)| (a - b) / step * parameter.scale).collect();
-                }
+            for channel in Channel::ALL.into_iter().filter(|channel| wanted & channel.bit() != 0) {
+                let new = residuals.iter().flat_map(|residuals| &residuals.channels[channel as usize]);
+                let pairs = new.zip(&base.channels[channel as usize]);
+                out.channels[channel as usize] = pairs.map(|(a, b)| (a - b) / step * parameter.scale).collect();
             }
         }
-        out
     }
 
     /// The Jacobian at a fit; `None` if its values contradict each other.
@@ -106,7 +113,7 @@ impl Problem<'_> {
         let h = &fit.hypothesis;
         let base = self.evaluate(h, &h.values, self.judgeable)?;
         let mut columns = vec![Residuals::default(); h.values.len()];
-        self.derivatives(h, (&h.values, &base), |_| true, &mut columns);
+        self.derivatives(h, (&h.values, &base), |_| self.judgeable, &mut columns);
         Some(Jacobian { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
 

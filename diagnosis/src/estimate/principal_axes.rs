@@ -7,10 +7,11 @@
 //! of similarity ([`plant_model::similarity`]).
 
 use super::derivatives::Jacobian;
-use super::likelihood::Residuals;
+use super::likelihood::{Residuals, weight};
 use super::optimiser::limited;
 use super::problem::{Fit, Problem};
 use crate::constants;
+use crate::data::channel::Channel;
 use crate::model::hypothesis::Hypothesis;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
@@ -18,6 +19,13 @@ use rayon::prelude::*;
 /// A cost that rises along a direction by no more than this, over what tolerances make of it, is not told by the log. Parabolas through
 /// factors are off by hundredths.
 const UNTOLD: f64 = 1.2;
+
+/// What derivatives of predictions of the position are off by, of their size: along axes of 14 fits the curvature measured is that of the
+/// derivatives (0.9 to 1.2 of it) where errors of this size add less than a tenth to it, and down to 0.14 where they add more.
+const ROUGH: f64 = 0.1;
+
+/// The curvature of an axis is looked at where errors of derivatives may add this part to it: a standard error is then 5 % off.
+const DOUBTFUL: f64 = 0.1;
 
 /// A direction in parameters' scales, of length one, and the step along it at which the cost is looked at.
 struct Axis {
@@ -62,8 +70,8 @@ impl Problem<'_> {
     pub(crate) fn down_its_valleys(&self, mut fit: Fit) -> Fit {
         for _ in 0..constants::iterations() {
             let begun = fit.cost(self);
-            let Some(matrix) = self.curvature_at(&fit) else { break };
-            for axis in axes(&fit.hypothesis, &matrix).iter().rev() {
+            let Some((matrix, errors)) = self.curvature_at(&fit) else { break };
+            for axis in axes(&fit.hypothesis, &matrix, &errors).iter().rev() {
                 fit = self.down_along(fit, axis);
             }
             if begun - fit.cost(self) < constants::converged() {
@@ -78,11 +86,26 @@ impl Problem<'_> {
         fit
     }
 
-    /// The normal matrix at a fit.
-    fn curvature_at(&self, fit: &Fit) -> Option<DMatrix<f64>> {
-        let Jacobian { base, columns, .. } = self.jacobian(fit)?;
-        let references: Vec<&Residuals> = columns.iter().collect();
-        Some(self.normal(&fit.hypothesis, &fit.hypothesis.values, &base, &references, None).0)
+    /// The normal matrix at a fit, and the [errors](Self::slope_errors) of its derivatives.
+    fn curvature_at(&self, fit: &Fit) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let slopes = self.jacobian(fit)?;
+        let references: Vec<&Residuals> = slopes.columns.iter().collect();
+        let (matrix, _) = self.normal(&fit.hypothesis, &fit.hypothesis.values, &slopes.base, &references, None);
+        Some((matrix, self.slope_errors(&slopes)))
+    }
+
+    /// For each parameter the square of what the errors of its derivatives add to the residuals, per scale: those of predictions of the
+    /// position are off by [`ROUGH`] of their size, where breakaways move to another moment, those of the air by a step's length.
+    pub(super) fn slope_errors(&self, slopes: &Jacobian) -> DVector<f64> {
+        let square = |column: &Residuals, channel: Channel| {
+            let pairs = column.channels[channel as usize].iter().zip(&slopes.base.channels[channel as usize]);
+            let sum: f64 = pairs.map(|(slope, e)| slope * slope * weight(*e)).sum();
+            let part = if channel == Channel::Position { ROUGH } else { constants::step_smooth() };
+            part * part * sum / self.dispersion[channel as usize]
+        };
+        let squares =
+            slopes.columns.iter().map(|column| Channel::ALL.map(|channel| square(column, channel)).iter().sum());
+        DVector::from_iterator(slopes.columns.len(), squares)
     }
 
     /// The fit at the least cost along an axis, or the same.
@@ -99,7 +122,8 @@ impl Problem<'_> {
         let h = &fit.hypothesis;
         let room = |k: usize| {
             let (p, value) = (&h.parameters[k], h.values[k]);
-            (p.max - value).min(value - p.min) / (axis.direction[k].abs() * p.scale)
+            let by = axis.direction[k].abs() * p.scale;
+            if by == 0.0 { f64::INFINITY } else { (p.max - value).min(value - p.min) / by }
         };
         let step = (0..h.values.len()).map(room).fold(axis.step, f64::min);
         if step < constants::step_smooth() {
@@ -158,8 +182,13 @@ impl Problem<'_> {
 
     /// A transformation `T` of the parameters after which the normal matrix `H` of the data, as `T' H T`, has the curvature of the
     /// data's cost along the flat axes of a fit. The normal matrix of the tolerances (`prior`) is known as it is.
-    pub(super) fn measured_curvature(&self, fit: &Fit, data: &DMatrix<f64>, prior: &DMatrix<f64>) -> DMatrix<f64> {
-        let axes = axes(&fit.hypothesis, &(data + prior));
+    pub(super) fn measured_curvature(
+        &self,
+        fit: &Fit,
+        (data, errors): (&DMatrix<f64>, &DVector<f64>),
+        prior: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let axes = axes(&fit.hypothesis, &(data + prior), errors);
         let measured: Vec<Option<f64>> = axes.par_iter().map(|axis| self.curvature_along(fit, axis)).collect();
         let n = data.nrows();
         let mut transformation = DMatrix::identity(n, n);
@@ -186,31 +215,35 @@ fn moved(hypothesis: &Hypothesis, direction: &DVector<f64>, step: f64) -> Hypoth
 }
 
 /// The flat axes of a normal matrix, the flattest last: those along which a standard deviation is more than the step of a difference
-/// quotient. What is at a bound stays there.
-fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>) -> Vec<Axis> {
+/// quotient, and derivatives cancel so nearly that their [errors](Problem::slope_errors) count. What is at a bound stays there.
+fn axes(hypothesis: &Hypothesis, matrix: &DMatrix<f64>, errors: &DVector<f64>) -> Vec<Axis> {
     // Neither has eigenvectors.
     if matrix.is_empty() || matrix.iter().any(|entry| !entry.is_finite()) {
         return Vec::new();
     }
     let mut matrix = matrix.clone();
     let largest = matrix.diagonal().max();
-    for (k, (parameter, value)) in hypothesis.parameters.iter().zip(&hypothesis.values).enumerate() {
-        if parameter.is_at_bound(*value) {
-            matrix.row_mut(k).fill(0.0);
-            matrix.column_mut(k).fill(0.0);
-            matrix[(k, k)] = largest;
-        }
+    let pairs = hypothesis.parameters.iter().zip(&hypothesis.values).enumerate();
+    let held: Vec<usize> = pairs.filter(|(_, (p, value))| p.is_at_bound(**value)).map(|(k, _)| k).collect();
+    for &k in &held {
+        matrix.row_mut(k).fill(0.0);
+        matrix.column_mut(k).fill(0.0);
+        matrix[(k, k)] = largest;
     }
     // Each eigenvalue takes a few steps of the QR algorithm; a matrix that takes more has entries that mean nothing.
     let steps = 30 * matrix.nrows();
     let Some(eigen) = SymmetricEigen::try_new(matrix, f64::EPSILON, steps) else { return Vec::new() };
     let pairs = eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues);
-    // A parameter moves by a scale at most.
-    let axis = |(direction, curvature): (nalgebra::DVectorView<'_, f64>, &f64)| Axis {
-        direction: direction.into_owned(),
-        step: 1.0 / curvature.max(1.0).sqrt(),
+    let axis = |(direction, curvature): (nalgebra::DVectorView<'_, f64>, &f64)| {
+        let mut direction = direction.into_owned();
+        // Else rounding errors of a direction would move it.
+        held.iter().for_each(|k| direction[*k] = 0.0);
+        let doubtful = direction.component_mul(&direction).dot(errors) > DOUBTFUL * curvature;
+        // A parameter moves by a scale at most.
+        let step = 1.0 / curvature.max(1.0).sqrt();
+        (doubtful && step > constants::step_smooth()).then_some(Axis { direction, step })
     };
-    let mut axes: Vec<Axis> = pairs.map(axis).filter(|axis| axis.step > constants::step_smooth()).collect();
+    let mut axes: Vec<Axis> = pairs.filter_map(axis).collect();
     axes.sort_by(|a, b| a.step.total_cmp(&b.step));
     axes.extend(untold(hypothesis));
     axes

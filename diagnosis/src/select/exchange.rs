@@ -6,9 +6,11 @@ use super::image::{companion, image, nearest};
 use super::penalty::{cost_before_pruning, near_noise, open, out_of_reach, penalised_cost};
 use super::visibility::candidates;
 use crate::constants;
+use crate::estimate::derivatives::Jacobian;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::Slot;
+use core::cell::OnceCell;
 use plant_model::Effect;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -21,11 +23,20 @@ pub(crate) struct Alternatives {
     pub(crate) searched: bool,
 }
 
-fn alternatives(problem: &Problem<'_>, best: &Fit, effect: Effect, without: Fit, memory: &mut Memory) -> Alternatives {
+/// The alternatives to a cause of a fit. `slopes` are that fit's.
+fn alternatives(
+    problem: &Problem<'_>,
+    (best, slopes): (&Fit, &OnceCell<Option<Jacobian>>),
+    effect: Effect,
+    without: Fit,
+    memory: &mut Memory,
+) -> Alternatives {
     let wanted = Wanted { acting: effects::channels(effect), most: constants::alternatives() };
     let mut instead = extensions(problem, &without, &wanted, memory);
     fit_alike(problem, best, effect, &mut instead, memory);
-    let nearest = fit_nearest(problem, best, effect, &instead);
+    let slopes = slopes.get_or_init(|| problem.jacobian(best));
+    let nearest =
+        slopes.as_ref().map_or_else(Vec::new, |slopes| fit_nearest(problem, (best, slopes), effect, &instead));
     for other in nearest.into_iter().chain(fit_image(problem, best, effect)) {
         let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
         instead.retain(|fit| last(fit) != last(&other) || fit.cost(problem) < other.cost(problem));
@@ -61,8 +72,9 @@ fn fit_alike(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &mut [F
     instead.iter().filter(|fit| alike(fit)).for_each(|fit| memory.note(fit));
 }
 
-/// What a cause may be confused with, begun where it comes nearest to the cause ([`nearest`]); not what fits nearly as well already.
-fn fit_nearest(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &[Fit]) -> Vec<Fit> {
+/// What a cause may be confused with, begun where it comes nearest to the cause ([`nearest`]); not what fits nearly as well already, nor
+/// what can do little of what the cause does.
+fn fit_nearest(problem: &Problem<'_>, (best, slopes): (&Fit, &Jacobian), effect: Effect, instead: &[Fit]) -> Vec<Fit> {
     let as_good = best.cost(problem) + constants::tie();
     let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
     let known = |other: &Effect| instead.iter().any(|fit| last(fit) == Some(*other) && fit.cost(problem) < as_good);
@@ -70,7 +82,8 @@ fn fit_nearest(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &[Fit
     let candidates = candidates(problem);
     let others: BTreeSet<Effect> = alike.filter(|other| candidates.contains(other) && !known(other)).collect();
     let begun = |other: &Effect| {
-        let hypothesis = nearest(problem, best, effect, *other)?;
+        let found = nearest(problem, (best, slopes), effect, *other)?;
+        let hypothesis = (found.correlation > constants::correlated()).then_some(found.hypothesis)?;
         let changed = effects::channels(effect) | effects::channels(*other);
         problem.fit_and_search(hypothesis, changed, constants::iterations(), best.cost(problem))
     };
@@ -97,13 +110,14 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
         order.sort_by(|a, b| missed(*a).total_cmp(&missed(*b)));
         let mut all: Vec<Option<Alternatives>> = effects.iter().map(|_| None).collect();
         let mut exchanged = None;
+        let slopes = OnceCell::new();
         for place in order {
             let Some(without) = without[place].clone() else { continue };
             // A cause whose own balances are closed can be named while others stay wide open: what those took counts for nothing.
             let nameable = out_of_reach(problem, &best) && near_noise(problem, &best, effects[place]);
             // Where too much is spent only the image of a cause is looked at; other ties that its file does not state stay untold.
             let found = if nameable || !exhausted(problem, &best) {
-                alternatives(problem, &best, effects[place], without, memory)
+                alternatives(problem, (&best, &slopes), effects[place], without, memory)
             } else if given_up(problem, &best) {
                 Alternatives { without, instead: Vec::new(), searched: false }
             } else {

@@ -1,7 +1,7 @@
 //! The image of a cause: another effect that is nearly equivalent, at a value that can be computed.
 
-use crate::estimate::derivatives::regularised;
-use crate::estimate::likelihood::{Residuals, weight};
+use crate::estimate::derivatives::{Jacobian, regularised};
+use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::{Parameter, Slot};
@@ -48,10 +48,24 @@ pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<
     Some(out)
 }
 
+/// What stands in for a cause of a fit.
+pub(super) struct Nearest {
+    /// The cause replaced by another effect, at the values that do as nearly the same as they can.
+    pub(super) hypothesis: Hypothesis,
+    /// Squared partial correlation of what the cause does with what the other can do, given all other free values: 1 if the other does
+    /// the same, 0 if it does nothing of it.
+    pub(super) correlation: f64,
+}
+
 /// A hypothesis with one cause of a fit replaced by another effect, begun at the values that do as nearly the same as they can: what the
 /// cause does to the residuals, projected on what the other effect does, to first order. A fit that begins where the other does
 /// nothing seldom gets there past a piston that sticks and slips. `None` where the log shows nothing of the other.
-pub(super) fn nearest(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<Hypothesis> {
+pub(super) fn nearest(
+    problem: &Problem<'_>,
+    (fit, slopes): (&Fit, &Jacobian),
+    effect: Effect,
+    other: Effect,
+) -> Option<Nearest> {
     let h = &fit.hypothesis;
     let parameters = problem.parameters(other);
     if h.effects.contains(&other) || parameters.iter().all(|p| p.channels == 0) {
@@ -59,42 +73,54 @@ pub(super) fn nearest(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: E
     }
     let neutral: Vec<f64> = parameters.iter().map(|p| p.neutral).collect();
     let both = h.extended_by(other, parameters.clone(), &neutral);
-    let base = problem.evaluate(&both, &both.values, problem.judgeable)?;
-    let column = |place: usize| problem.jacobian_column(&both, &both.values, &base, place);
-    let places_of = |effect: Effect| {
-        let of = move |p: &Parameter| matches!(p.slot, Slot::Effect(e, _) if e == effect);
-        both.parameters.iter().enumerate().filter(move |(_, p)| of(p)).map(|(place, _)| place)
+    let places_of = |effect: Effect| -> Vec<usize> {
+        let of = |p: &Parameter| matches!(p.slot, Slot::Effect(e, _) if e == effect);
+        (0..both.parameters.len()).filter(|place| of(&both.parameters[*place])).collect()
     };
-    // What the cause does, in the sign of the residuals.
-    let mut done = Residuals::default();
-    for place in places_of(effect) {
-        let p = &both.parameters[place];
-        let away = (both.values[place] - p.neutral) / p.scale;
-        for (sum, by) in done.channels.iter_mut().zip(column(place).channels) {
-            sum.resize(sum.len().max(by.len()), 0.0);
-            sum.iter_mut().zip(by).for_each(|(sum, by)| *sum += away * by);
-        }
-    }
-    let columns: Vec<Residuals> = places_of(other).map(column).collect();
-    let product = |a: &Residuals, b: &Residuals| -> f64 {
-        let of_channel = |channel: usize| {
-            let e = &base.channels[channel];
-            let terms =
-                a.channels[channel].iter().zip(&b.channels[channel]).zip(e).map(|((a, b), e)| a * b * weight(*e));
-            terms.sum::<f64>() / problem.dispersion[channel]
-        };
-        (0..4).map(of_channel).sum()
-    };
-    let n = columns.len();
-    let matrix = DMatrix::from_fn(n, n, |i, j| product(&columns[i], &columns[j]));
-    let projected = DVector::from_fn(n, |i, _| product(&columns[i], &done));
-    let moved = regularised(&matrix, 1.0e-12).try_inverse()? * projected;
+    let (of_cause, of_other) = (places_of(effect), places_of(other));
+    let base = &slopes.base;
+    let added: Vec<Residuals> =
+        of_other.iter().map(|place| problem.jacobian_column(&both, &both.values, base, *place)).collect();
+    let columns: Vec<&Residuals> = slopes.columns.iter().chain(&added).collect();
+    let (matrix, _) = problem.normal(&both, &both.values, base, &columns, None);
+    let away = |place: &usize| (both.values[*place] - both.parameters[*place].neutral) / both.parameters[*place].scale;
+    let away = DVector::from_iterator(of_cause.len(), of_cause.iter().map(away));
+    // Tolerances do nothing to the residuals.
+    let mut of_data = matrix.clone();
+    (0..of_data.nrows()).for_each(|k| of_data[(k, k)] -= both.parameters[k].told_by_tolerance());
+    let moved = regularised(&part(&of_data, &of_other, &of_other), 1.0e-12).try_inverse()?
+        * part(&of_data, &of_other, &of_cause)
+        * &away;
     let start: Vec<f64> =
         parameters.iter().zip(&moved).map(|(p, moved)| (p.neutral + moved * p.scale).clamp(p.min, p.max)).collect();
-    start
-        .iter()
-        .all(|value| value.is_finite())
-        .then(|| h.without(effect, problem.nominal).with(other, parameters, &start, false))
+    let correlation = squared_partial_correlation(&matrix, (&of_cause, &away), &of_other)?;
+    start.iter().all(|value| value.is_finite()).then(|| Nearest {
+        hypothesis: h.without(effect, problem.nominal).with(other, parameters, &start, false),
+        correlation,
+    })
+}
+
+/// Some rows and columns of a matrix.
+fn part(matrix: &DMatrix<f64>, rows: &[usize], columns: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])])
+}
+
+/// The squared partial correlation of a change of some parameters with what others do, given all the rest, from a normal matrix.
+fn squared_partial_correlation(
+    matrix: &DMatrix<f64>,
+    (changed, change): (&[usize], &DVector<f64>),
+    others: &[usize],
+) -> Option<f64> {
+    let rest: Vec<usize> = (0..matrix.nrows()).filter(|k| !changed.contains(k) && !others.contains(k)).collect();
+    let all: Vec<usize> = rest.iter().chain(others).copied().collect();
+    let own = change.dot(&(part(matrix, changed, changed) * change));
+    // What is left of the change beside what some parameters can do of it.
+    let left = |free: &[usize]| {
+        let shared = part(matrix, free, changed) * change;
+        let within = regularised(&part(matrix, free, free), 1.0e-14).cholesky()?;
+        Some((own - within.solve(&shared).dot(&shared)).max(0.0))
+    };
+    Some(1.0 - left(&all)? / left(&rest)?)
 }
 
 /// The values that make another effect equivalent to a cause of a fit.
@@ -143,11 +169,27 @@ mod tests {
             &[1.03],
         );
         let gain = problem.evaluate_as_is(gain).expect("a rig that can be simulated");
-        let offset = nearest(&problem, &gain, Effect::PressureBGain, Effect::PressureBOffset).expect("an effect on B");
+        let slopes = problem.jacobian(&gain).expect("a rig that can be simulated");
+        let found = nearest(&problem, (&gain, &slopes), Effect::PressureBGain, Effect::PressureBOffset);
+        let Nearest { hypothesis: offset, correlation } = found.expect("an effect on B");
         assert_eq!(offset.effects, [Effect::PressureBOffset]);
+        assert!(correlation > 0.0 && correlation < 1.0, "{correlation}");
         let usual_pa = record.p_b_pa.iter().sum::<f64>() / record.len() as f64;
         let [offset_pa] = offset.values_of(Effect::PressureBOffset)[..] else { panic!("one parameter") };
         let expected_pa = 0.03 * usual_pa / 1.03;
         assert!((offset_pa / expected_pa - 1.0).abs() < 0.2, "{offset_pa} {expected_pa}");
+    }
+
+    #[test]
+    fn what_is_common_to_two_changes_is_their_partial_correlation() {
+        // Columns of unit length: the first two 60 degrees apart, the third across both.
+        let matrix = DMatrix::from_row_slice(3, 3, &[1.0, 0.5, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        let change = DVector::from_element(1, 2.0);
+        let of = |others: &[usize]| squared_partial_correlation(&matrix, (&[0], &change), others).expect("regular");
+        assert!((of(&[1]) - 0.25).abs() < 1e-9 && of(&[2]).abs() < 1e-9);
+        // With the second one free the first has less of its own, and all of that is common to one that does the same.
+        let alike = DMatrix::from_row_slice(3, 3, &[1.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0]);
+        let same = squared_partial_correlation(&alike, (&[0], &change), &[2]).expect("regular");
+        assert!((same - 1.0).abs() < 1e-6, "{same}");
     }
 }
