@@ -511,7 +511,7 @@ constants! {
             "odds of exp(4) = 55 to 1";
         correlated: f64 = 0.2, "",
             "What can do less than this part of what a cause does, to first order, is not fitted in its place.",
-            "of 381 such fits of hidden causes those that came within a tie, or 1 % of the gain, had 0.38 and more";
+            "of 466 such fits those that came within a tie, or 1 % of the gain, had 0.38 and more";
         tie_of_gain: f64 = 0.003, "of the gain",
             "Beside a tie in log-likelihood: alternatives within this part of what the cause gains.",
             "numerical error of the balances; without it three of the recorded logs lose a tie";

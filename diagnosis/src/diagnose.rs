@@ -22,7 +22,7 @@ use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
 use crate::select::held_rows::held_with_a_cause;
 use crate::select::penalty::{beyond_noise, ends_at_bound};
-use crate::select::search::{self, Found};
+use crate::select::search::{self, Begin, Found};
 use crate::validate::{closure, foreign_terms, hold_out, support, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
@@ -65,15 +65,15 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let mut record = reading.clone();
     let effort = Effort::default();
     let mut asked = Asked::default();
-    // Where a search begins: causes found under another reading of the rows are most of the way.
-    let mut begin: Option<Hypothesis> = None;
+    let mut begin: Option<Begin> = None;
     loop {
         let library = term_library::library(&record, &plant, judgeable);
         let signals = Signals::default();
         let problem = Problem::new((rig, &record), judgeable, &corrected, (&signals, &effort));
         let mut problem = Problem { terms: &library, ..problem };
         if !asked.nominal_noise
-            && let Some(fit) = problem.refit(nominal.clone(), judgeable, constants::first_iterations())
+            && let from = begin.as_ref().map_or(&nominal, |begin| &begin.null)
+            && let Some(fit) = problem.refit(from.clone(), judgeable, constants::first_iterations())
         {
             asked.nominal_noise = true;
             // A mistake of the mapping does not depend on how rows are read.
@@ -93,9 +93,8 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         let Some(selected) = search::select(&mut problem, &nominal, begin.take(), progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
-        let fit = selected.fit();
-        if let Some(again) = asked.again(&between_rows, &reading, &problem, fit) {
-            begin = Some(fit.hypothesis.clone());
+        if let Some(again) = asked.again(&between_rows, &reading, &problem, selected.fit()) {
+            begin = Some(selected.found());
             again.take_over(&mut reading, &mut record);
             continue;
         }
@@ -103,7 +102,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         if asked.readings == 0
             && record.command_moved()
             && (found.best.hypothesis.effects.is_empty() || beyond_noise(&problem, &found.best))
-            && let Some((held, cause)) = held_with_a_cause(&between_rows, &problem, &found.best.hypothesis)
+            && let Some((held, cause)) = held_with_a_cause(&between_rows, &problem, &found)
         {
             begin = Some(cause);
             asked.read(MOST_READINGS);
@@ -111,7 +110,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             continue;
         }
         if let Some(again) = asked.again(&between_rows, &reading, &problem, &found.best) {
-            begin = Some(found.best.hypothesis.clone());
+            begin = Some(Begin::of(&found.null, &found.best));
             again.take_over(&mut reading, &mut record);
             continue;
         }

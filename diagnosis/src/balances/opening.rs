@@ -236,9 +236,12 @@ pub(super) struct Along<'a> {
     moments: Vec<Moments>,
 }
 
-/// By pieces of the curve, those of negative and of positive commands: for each sample with its spool there, the means over the interval
-/// of the powers 0 to 3 of the distance from where the piece begins, V, with the signs of the openings. Openings are sums of them.
-struct Moments([Vec<Vec<(usize, [f64; 4])>>; 2]);
+/// Samples with their spool on a piece, and the means over the interval of the powers 0 to 3 of the distance from where the piece
+/// begins, V, with the signs of the openings.
+type OnPiece = Vec<(usize, [f64; 4])>;
+
+/// By pieces of the curve, those of negative and of positive commands. Openings are sums of the powers' means.
+struct Moments([Vec<OnPiece>; 2]);
 
 impl Moments {
     fn add(&mut self, characteristic: &Characteristic<'_>, on: On, (sample, share): (usize, f64)) {
@@ -248,7 +251,7 @@ impl Moments {
             there.push((sample, [0.0; 4]));
         }
         let x = on.w.abs().min(piece.to) - piece.from;
-        let mut power = share.copysign(on.w);
+        let mut power = if on.w >= 0.0 { share } else { -share };
         for moment in there.last_mut().iter_mut().flat_map(|(_, moments)| moments) {
             *moment += power;
             power *= x;

@@ -171,7 +171,8 @@ impl Rows<'_> {
         constants::penalty_per_cause().max(constants::share_of_noise() * noise)
     }
 
-    fn air(&self) -> Channels {
+    /// The judged chambers.
+    pub(crate) fn air(&self) -> Channels {
         self.judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit())
     }
 

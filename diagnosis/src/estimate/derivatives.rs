@@ -10,6 +10,9 @@ use crate::model::parameter::Slot;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+/// The channels whose predictions are smooth in all parameters: those of the air.
+pub(super) const SMOOTH: Channels = !Channel::Position.bit();
+
 /// Normal matrix and gradient.
 pub(crate) type Normal = (DMatrix<f64>, DVector<f64>);
 
@@ -87,8 +90,7 @@ impl Problem<'_> {
         out: &mut Residuals,
     ) {
         let parameter = &hypothesis.parameters[index];
-        let rough = Channel::Position.bit();
-        for (channels, relative) in [(rough, constants::step_rough()), (!rough, constants::step_smooth())] {
+        for (channels, relative) in [(!SMOOTH, constants::step_rough()), (SMOOTH, constants::step_smooth())] {
             let wanted = wanted & channels;
             if wanted == 0 {
                 continue;

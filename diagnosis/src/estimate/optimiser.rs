@@ -1,11 +1,11 @@
 //! The maximum a posteriori estimate: Levenberg-Marquardt steps on the robust loss, with tolerances as priors.
 
-use super::derivatives::Jacobian;
+use super::derivatives::{Jacobian, SMOOTH};
 use super::likelihood::Residuals;
 use super::problem::{Fit, Problem};
 use super::secant;
 use crate::constants;
-use crate::data::channel::{Channel, Channels};
+use crate::data::channel::Channels;
 use crate::model::hypothesis::{Hypothesis, hides};
 use crate::model::parameter::Parameter;
 use nalgebra::{DMatrix, DVector};
@@ -114,8 +114,8 @@ impl Problem<'_> {
         let mut columns: Vec<Residuals> = known.iter().map(|known| known.cloned().unwrap_or_default()).collect();
         let mut gained_before = f64::INFINITY;
         let mut state = Slopes::Old;
-        // Where the derivatives of the air's balances were computed.
-        let mut air_at: Option<Vec<f64>> = None;
+        // Where smooth derivatives were computed.
+        let mut smooth_at: Option<Vec<f64>> = None;
         let corrects = matches!(derivatives, Derivatives::Corrected);
         let mut left = iterations;
         'iterations: while !hypothesis.parameters.is_empty() {
@@ -124,13 +124,11 @@ impl Problem<'_> {
                     break;
                 }
                 left -= 1;
-                // Those of the air are smooth.
-                let rough = Channel::Position.bit();
-                let near = air_at.as_ref().is_some_and(|before| hypothesis.is_near(&values, before, !rough));
+                let near = smooth_at.as_ref().is_some_and(|before| hypothesis.is_near(&values, before, SMOOTH));
                 if !near {
-                    air_at = Some(values.clone());
+                    smooth_at = Some(values.clone());
                 }
-                let channels = if near { rough } else { self.judgeable };
+                let channels = if near { !SMOOTH } else { self.judgeable };
                 let wanted = |index: usize| match known[index].is_none() && free(&hypothesis.parameters[index]) {
                     true => channels,
                     false => 0,

@@ -76,20 +76,42 @@ impl Selected {
     pub(crate) fn fit(&self) -> &Fit {
         &self.pruned.fit
     }
+
+    /// Where a search begins that goes on from here.
+    pub(crate) fn found(&self) -> Begin {
+        Begin::of(&self.null, &self.pruned.fit)
+    }
 }
 
-/// Selects causes of the gap, from causes found before if there are any; the problem's dispersion is then that of what they leave.
+/// What was found before under another reading of the rows, or another noise: most of the way.
+pub(crate) struct Begin {
+    /// The nominal values alone.
+    pub(crate) null: Hypothesis,
+    /// With causes.
+    pub(crate) causes: Hypothesis,
+}
+
+impl Begin {
+    pub(crate) fn of(null: &Fit, causes: &Fit) -> Self {
+        Self { null: null.hypothesis.clone(), causes: causes.hypothesis.clone() }
+    }
+}
+
+/// Selects causes of the gap, from what was found before if there is any; the problem's dispersion is then that of what they leave.
 /// `progress` hears what is being done.
 pub(crate) fn select(
     problem: &mut Problem<'_>,
     nominal: &Hypothesis,
-    begin: Option<Hypothesis>,
+    begin: Option<Begin>,
     progress: &dyn Fn(&str),
 ) -> Option<Selected> {
     let mut memory = Memory::default();
     progress("nominal model");
-    let null = nominal_fit::fitted(problem, nominal)?;
-    let known = begin.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
+    let (null, known) = match begin {
+        Some(Begin { null, causes }) => (problem.fit(null, constants::iterations())?, Some(causes)),
+        None => (nominal_fit::fitted(problem, nominal)?, None),
+    };
+    let known = known.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
     let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
     // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
