@@ -306,10 +306,8 @@ impl<'a> Along<'a> {
     /// otherwise.
     pub(super) fn changes_to(&self, other: &Plant<f64>) -> Option<Openings> {
         let (own, others) = (&self.characteristic, Characteristic::of(other));
-        let alike = own.dead_zone == others.dead_zone
-            && own.exhaust_zone == others.exhaust_zone
-            && Travel::of(own.plant) == Travel::of(other);
-        (alike && own.joined_like(&others)).then(|| self.changes_by_pieces(&others))
+        let but_curve = |plant: &Plant<f64>| Path { curve: None, ..Path::of(plant) };
+        (but_curve(own.plant) == but_curve(other) && own.joined_like(&others)).then(|| self.changes_by_pieces(&others))
     }
 
     /// The changes by other pieces with the spool and the dead zone as they are.

@@ -2,7 +2,7 @@
 
 use super::between_rows::LATEST;
 use super::derivatives::{Jacobian, regularised};
-use super::likelihood::{Residuals, weight};
+use super::likelihood::weight;
 use super::problem::{Fit, Problem};
 use crate::constants;
 use crate::model::hypothesis::Hypothesis;
@@ -16,12 +16,10 @@ impl Problem<'_> {
     /// Adds the parameters' covariance to a fit, by the sandwich estimator (White 1980) with correlated errors.
     pub(crate) fn with_errors(&self, mut fit: Fit) -> Fit {
         let hypothesis = &fit.hypothesis;
-        let values = hypothesis.values.clone();
         let Some(slopes) = self.jacobian(&fit) else { return fit };
+        let (matrix, _) = self.normal_of(&slopes, &fit);
         let errors = self.slope_errors(&slopes);
         let Jacobian { base: residuals, columns, .. } = slopes;
-        let references: Vec<&Residuals> = columns.iter().collect();
-        let (matrix, _) = self.normal(hypothesis, &values, &residuals, &references, None);
         let n = columns.len();
         // The middle of the sandwich: scores summed over blocks of half a second, so that correlated errors add up.
         let per_block =

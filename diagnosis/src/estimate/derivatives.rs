@@ -119,6 +119,12 @@ impl Problem<'_> {
         Some(Jacobian { base, columns, slots: h.parameters.iter().map(|p| p.slot).collect() })
     }
 
+    /// Normal matrix and gradient at a fit, from its Jacobian.
+    pub(crate) fn normal_of(&self, slopes: &Jacobian, fit: &Fit) -> Normal {
+        let columns: Vec<&Residuals> = slopes.columns.iter().collect();
+        self.normal(&fit.hypothesis, &fit.hypothesis.values, &slopes.base, &columns, None)
+    }
+
     /// Normal matrix and gradient in units of the parameters' scales. `known` is what was computed before for the first
     /// columns.
     pub(crate) fn normal(

@@ -86,9 +86,7 @@ impl Problem<'_> {
     /// The normal matrix at a fit, and the [errors](Self::slope_errors) of its derivatives.
     fn curvature_at(&self, fit: &Fit) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let slopes = self.jacobian(fit)?;
-        let references: Vec<&Residuals> = slopes.columns.iter().collect();
-        let (matrix, _) = self.normal(&fit.hypothesis, &fit.hypothesis.values, &slopes.base, &references, None);
-        Some((matrix, self.slope_errors(&slopes)))
+        Some((self.normal_of(&slopes, fit).0, self.slope_errors(&slopes)))
     }
 
     /// For each parameter the square of what the errors of its derivatives may add to the residuals, per scale: all of what it does to

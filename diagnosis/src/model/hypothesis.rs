@@ -270,8 +270,8 @@ impl Hypothesis {
 
     /// Whether values that act on some channels are where they were before, as far as smooth derivatives there show: within [`NEAR`].
     pub(crate) fn is_near(&self, values: &[f64], before: &[f64], channels: Channels) -> bool {
-        let moved = self.parameters.iter().zip(values.iter().zip(before)).filter(|(p, _)| p.channels & channels != 0);
-        moved.into_iter().all(|(p, (now, before))| (now - before).abs() <= NEAR * p.scale)
+        let all = self.parameters.iter().zip(values.iter().zip(before));
+        all.filter(|(p, _)| p.channels & channels != 0).all(|(p, (now, before))| (now - before).abs() <= NEAR * p.scale)
     }
 
     /// The step of a parameter's difference quotient, `relative` to its scale, to the side where it does not leave its bounds. Few samples

@@ -81,8 +81,9 @@ fn fit_nearest(problem: &Problem<'_>, (best, slopes): (&Fit, &Jacobian), effect:
     let alike = effect.confused_with().map(|(other, _)| other).chain(instead.iter().filter_map(last));
     let candidates = candidates(problem);
     let others: BTreeSet<Effect> = alike.filter(|other| candidates.contains(other) && !known(other)).collect();
+    let normal = problem.normal_of(slopes, best);
     let begun = |other: &Effect| {
-        let found = nearest(problem, (best, slopes), effect, *other)?;
+        let found = nearest(problem, (best, slopes, &normal), effect, *other)?;
         let hypothesis = (found.correlation > constants::correlated()).then_some(found.hypothesis)?;
         let changed = effects::channels(effect) | effects::channels(*other);
         problem.fit_and_search(hypothesis, changed, constants::iterations(), best.cost(problem))

@@ -1,6 +1,6 @@
 //! The image of a cause: another effect that is nearly equivalent, at a value that can be computed.
 
-use crate::estimate::derivatives::{Jacobian, regularised};
+use crate::estimate::derivatives::{Jacobian, Normal, regularised};
 use crate::estimate::likelihood::Residuals;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
@@ -60,9 +60,11 @@ pub(super) struct Nearest {
 /// A hypothesis with one cause of a fit replaced by another effect, begun at the values that do as nearly the same as they can: what the
 /// cause does to the residuals, projected on what the other effect does, to first order. A fit that begins where the other does
 /// nothing seldom gets there past a piston that sticks and slips. `None` where the log shows nothing of the other.
+///
+/// `slopes` and `normal` are the fit's Jacobian and its normal matrix, the same for all effects.
 pub(super) fn nearest(
     problem: &Problem<'_>,
-    (fit, slopes): (&Fit, &Jacobian),
+    (fit, slopes, normal): (&Fit, &Jacobian, &Normal),
     effect: Effect,
     other: Effect,
 ) -> Option<Nearest> {
@@ -82,15 +84,13 @@ pub(super) fn nearest(
     let added: Vec<Residuals> =
         of_other.iter().map(|place| problem.jacobian_column(&both, &both.values, base, *place)).collect();
     let columns: Vec<&Residuals> = slopes.columns.iter().chain(&added).collect();
-    let (matrix, _) = problem.normal(&both, &both.values, base, &columns, None);
+    let (matrix, _) = problem.normal(&both, &both.values, base, &columns, Some(normal));
     let away = |place: &usize| (both.values[*place] - both.parameters[*place].neutral) / both.parameters[*place].scale;
     let away = DVector::from_iterator(of_cause.len(), of_cause.iter().map(away));
     // Tolerances do nothing to the residuals.
-    let mut of_data = matrix.clone();
-    (0..of_data.nrows()).for_each(|k| of_data[(k, k)] -= both.parameters[k].told_by_tolerance());
-    let moved = regularised(&part(&of_data, &of_other, &of_other), 1.0e-12).try_inverse()?
-        * part(&of_data, &of_other, &of_cause)
-        * &away;
+    let mut of_data = part(&matrix, &of_other, &of_other);
+    parameters.iter().enumerate().for_each(|(k, p)| of_data[(k, k)] -= p.told_by_tolerance());
+    let moved = regularised(&of_data, 1.0e-12).try_inverse()? * part(&matrix, &of_other, &of_cause) * &away;
     let start: Vec<f64> =
         parameters.iter().zip(&moved).map(|(p, moved)| (p.neutral + moved * p.scale).clamp(p.min, p.max)).collect();
     let correlation = squared_partial_correlation(&matrix, (&of_cause, &away), &of_other)?;
@@ -170,7 +170,8 @@ mod tests {
         );
         let gain = problem.evaluate_as_is(gain).expect("a rig that can be simulated");
         let slopes = problem.jacobian(&gain).expect("a rig that can be simulated");
-        let found = nearest(&problem, (&gain, &slopes), Effect::PressureBGain, Effect::PressureBOffset);
+        let normal = problem.normal_of(&slopes, &gain);
+        let found = nearest(&problem, (&gain, &slopes, &normal), Effect::PressureBGain, Effect::PressureBOffset);
         let Nearest { hypothesis: offset, correlation } = found.expect("an effect on B");
         assert_eq!(offset.effects, [Effect::PressureBOffset]);
         assert!(correlation > 0.0 && correlation < 1.0, "{correlation}");
