@@ -23,7 +23,8 @@ use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary,
 use crate::select::held_rows::held_with_a_cause;
 use crate::select::penalty::{beyond_noise, ends_at_bound};
 use crate::select::search::{self, Begin, Found};
-use crate::validate::{closure, foreign_terms, hold_out, support, verdict};
+use crate::validate::hold_out::{self, Predictions};
+use crate::validate::{closure, foreign_terms, support, verdict};
 use plant_model::{Effect, Plant};
 use rig_files::{Log, RigFile, Verdict};
 
@@ -110,7 +111,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             continue;
         }
         if let Some(again) = asked.again(&between_rows, &reading, &problem, &found.best) {
-            begin = Some(Begin::of(&found.null, &found.best));
+            begin = Some(Begin::of(&found.null, &found.best, &found.memory));
             again.take_over(&mut reading, &mut record);
             continue;
         }
@@ -185,7 +186,9 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let mut balances = closure::balances(problem, &found, &innovations);
     let effects = &found.best.hypothesis.effects;
     let causes = (0..effects.len()).map(|index| cause::cause(problem, &found, &found.best, index)).collect();
-    let mut judgement = verdict::judge(problem, &found, &balances, causes);
+    let predictions_of = |fit: &Fit| Predictions::of(problem, fit);
+    let mut predictions = predictions_of(&found.best);
+    let mut judgement = verdict::judge(problem, &found, &balances, causes, predictions.as_ref());
 
     // A lead is not proven: the verdict asks what the model predicts without it.
     let mut proven = found.best.hypothesis.clone();
@@ -200,29 +203,31 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         false if proven.effects.is_empty() => Some(found.null.clone()),
         false => problem.fit(proven, 6),
     };
+    if let Some(kept) = &kept {
+        predictions = predictions_of(kept);
+    }
     let mut kept = kept.unwrap_or_else(|| found.best.clone());
     let ended: Vec<Effect> = effects.iter().copied().filter(|effect| ends_at_bound(&kept, *effect)).collect();
     judgement.doubt(&ended);
-    let predicts = |fit: &Fit| hold_out::Comparison::new(problem, None, fit);
-    let at = |held: &Option<hold_out::Comparison<'_>>, horizon_s: f64| held.as_ref()?.gain(horizon_s);
-    let mut held = predicts(&kept);
-    let mut nearest = at(&held, hold_out::HORIZON_S);
-    // Where every equation holds to within noise, what predictions err beyond it is of values that the log tells poorly, as what
-    // holds a resting piston: no gap of the model.
-    let holds = judgement.open == 0 && closure::holds_like_noise(problem, &kept);
+    let at =
+        |predictions: &Option<Predictions<'_>>, horizon_s: f64| predictions.as_ref()?.gain(problem, None, horizon_s);
+    let mut nearest = at(&predictions, hold_out::HORIZON_S);
     // Without a lead nominal values may have to be off all at once: then it stands for a part of the gap.
     if !judgement.leads.is_empty() {
         kept = problem.with_errors(kept);
     }
     let likely = judgement.leads.is_empty() || verdict::is_likely_rig(&kept);
-    let predicted = nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
+    let predicted = || nearest.as_ref().is_none_or(|(gain, _)| gain.closed());
+    // Where every equation holds to within noise, what predictions err beyond it is of values that the log tells poorly, as what
+    // holds a resting piston: no gap of the model.
+    let holds = || judgement.open == 0 && closure::holds_like_noise(problem, &kept);
     // Values that only the part held back tells, as openings that the valve has nowhere else, may be as stated or not.
     let by_all = || {
         let asked = judgement.open == 0 && kept.hypothesis.effects.is_empty();
         let all = asked.then(|| closure::held_by_all(problem, &kept)).flatten();
-        all.is_some_and(|fit| verdict::is_likely_rig(&fit) && verdict::closes(problem, &fit))
+        all.is_some_and(|fit| verdict::is_likely_rig(&fit) && verdict::closes(problem, predictions_of(&fit).as_ref()))
     };
-    let closed = likely && (holds || predicted || by_all());
+    let closed = likely && (predicted() || holds() || by_all());
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     if !closed {
         judgement.doubt(&found.unrivalled);
@@ -244,8 +249,8 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         let all = support::supported(problem, &found, (&named, &kept), floor.as_ref(), judgement.open != 0 || !closed);
         if all.hypothesis.effects != kept.hypothesis.effects {
             extended = Fit { covariance: None, ..all };
-            held = predicts(&extended);
-            nearest = at(&held, hold_out::HORIZON_S);
+            predictions = predictions_of(&extended);
+            nearest = at(&predictions, hold_out::HORIZON_S);
         }
     }
     if extended.covariance.is_none() {
@@ -254,7 +259,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
     let mut extended_rig = extended.hypothesis.rig(rig, &extended.hypothesis.values);
     extended_rig.name = format!("{}, extended", rig.name);
     let horizons =
-        hold_out::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(&held, horizon_s)?.0)).collect();
+        hold_out::OTHER_HORIZONS_S.into_iter().filter_map(|horizon_s| Some(at(&predictions, horizon_s)?.0)).collect();
     let (gain, overlay) = nearest.map_or_else(Default::default, |(gain, overlay)| (Some(gain), overlay));
     let extension = extension::extension(problem, &extended, &judgement.causes);
     let description = match verdict {
@@ -264,6 +269,7 @@ fn conclude(problem: &Problem<'_>, found: Found) -> Diagnosis {
         Verdict::NoGap | Verdict::Explained => None,
     };
     let mut hypotheses: Vec<Hypothesised> = found
+        .memory
         .tried
         .iter()
         .map(|t| Hypothesised { effects: t.effects.iter().map(|e| e.id()).collect(), cost: t.cost, fitted: t.fitted })

@@ -31,7 +31,7 @@ pub(crate) struct Signals {
 }
 
 /// Values by key, the least recently used one forgotten.
-pub(super) struct Shared<K, V, const MOST: usize = KEPT> {
+pub(crate) struct Shared<K, V, const MOST: usize = KEPT> {
     known: Mutex<Vec<(K, Arc<V>)>>,
 }
 
@@ -48,15 +48,21 @@ impl<K: PartialEq, V, const MOST: usize> Shared<K, V, MOST> {
             return value;
         }
         let value = Arc::new(make());
+        self.keep(key, Arc::clone(&value));
+        value
+    }
+
+    /// Keeps the value of a key that is not known.
+    pub(crate) fn keep(&self, key: K, value: Arc<V>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if known.len() >= MOST {
             known.remove(0);
         }
-        known.push((key, Arc::clone(&value)));
-        value
+        known.push((key, value));
     }
 
-    fn find(&self, key: &K) -> Option<Arc<V>> {
+    /// The value of a key, if it is known.
+    pub(crate) fn find(&self, key: &K) -> Option<Arc<V>> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let place = known.iter().position(|(other, _)| other == key)?;
         // The most recently used one last.

@@ -17,8 +17,11 @@ use rig_files::{Column, Log, RigFile};
 const ROWS: [i32; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// Effects with one parameter, a time by which a signal is behind.
 const DELAYS: [Effect; 4] = [Effect::PressureLag, Effect::ValveLag, Effect::LineDelay, Effect::PositionDelay];
-/// How often nominal values and shift are corrected in turn: each takes up a part of the other.
+/// How often nominal values and shift are corrected in turn at most: each takes up a part of the other.
 const REFITS: usize = 6;
+/// A round that takes away less than this part of what is left, and keeps the rows, is the last: a slow pressure sensor, read as an
+/// early position, took a seventh, a thousandth, and a millionth away.
+const SETTLED: f64 = 0.01;
 
 /// A shift, s, and the part of a log read with it.
 #[derive(Clone)]
@@ -81,6 +84,10 @@ impl Reading<'_> {
             let (from, reach) = (best.1.clone(), (best.0 / 4).max(1));
             let beside = [-reach, 0, reach].map(|by| best.0 + by).into_par_iter().filter(|rows| *rows > 0);
             best = beside.filter_map(|rows| with(rows, &from)).min_by(less)?;
+            let gained = from.read.left - best.1.read.left;
+            if reach == 1 && best.1.later_s == from.later_s && gained < SETTLED * from.read.left {
+                break;
+            }
         }
         // Between rows the misfit is a parabola.
         let (rows, best) = best;

@@ -8,6 +8,7 @@ pub(crate) mod covariance;
 pub(crate) mod derivatives;
 pub(crate) mod effort;
 pub(crate) mod gauges;
+mod known_residuals;
 pub(crate) mod likelihood;
 pub(crate) mod noise_level;
 pub(crate) mod optimiser;

@@ -1,6 +1,7 @@
 //! The data of a fit, and the cost of a hypothesis on them: minus the log-posterior up to a constant.
 
 use super::effort::Effort;
+use super::known_residuals::Known;
 use super::likelihood::{Residuals, average_neighbours, dispersion, loss};
 use crate::balances::added::Added;
 use crate::balances::observers::{self, Innovations, Mechanics};
@@ -41,6 +42,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) disturbance_n: &'a [f64],
     /// How many averaged innovations are judged in each channel; found when first asked for.
     pub(crate) judged: OnceLock<[usize; 4]>,
+    /// Residuals of the last fits.
+    pub(crate) known: Known,
 }
 
 /// The result of fitting a hypothesis.
@@ -94,12 +97,13 @@ impl<'a> Problem<'a> {
             mechanics: Mechanics::default(),
             disturbance_n: &[],
             judged: OnceLock::new(),
+            known: Known::default(),
         }
     }
 
     /// The same problem on other parts of the record.
     pub(crate) fn on(&self, stretches: Vec<Stretch>) -> Self {
-        Self { stretches, judged: OnceLock::new(), ..*self }
+        Self { stretches, judged: OnceLock::new(), known: Known::default(), ..*self }
     }
 
     /// The same problem with mechanics judged another way.
@@ -137,14 +141,26 @@ impl<'a> Problem<'a> {
         added
     }
 
+    /// The averaged innovations of a hypothesis at some values in some channels. The effort counted does not depend on what is known,
+    /// and so not on the order in which threads come to it.
     pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, values: &[f64], wanted: Channels) -> Option<Residuals> {
         let plant = hypothesis.plant(self.rig, values)?;
-        let added = self.added(hypothesis, values);
         let wanted = wanted & self.judgeable;
         self.effort.add(samples(&self.stretches), wanted, &plant);
+        let mut out = self.known.find(hypothesis, values, wanted);
+        let unknown = |channel: &Channel| out.channels[*channel as usize].is_empty();
+        let wanted = Channel::ALL.into_iter().filter(unknown).fold(0, |all, channel| all | channel.bit()) & wanted;
+        if wanted == 0 {
+            return Some(out);
+        }
+        let added = self.added(hypothesis, values);
         let innovations =
             observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
-        Some(average_neighbours(&innovations, self.record.averaged()))
+        let found = average_neighbours(&innovations, self.record.averaged());
+        for (out, found) in out.channels.iter_mut().zip(found.channels).filter(|(_, found)| !found.is_empty()) {
+            *out = found;
+        }
+        Some(out)
     }
 
     /// Changes of the averaged innovations by small changes of the opening, see [`observers::by_openings`].
@@ -232,6 +248,7 @@ impl<'a> Problem<'a> {
     /// A fit from the residuals at a hypothesis' values.
     pub(crate) fn finish(&self, hypothesis: Hypothesis, residuals: &Residuals) -> Fit {
         let prior_cost = prior(&hypothesis, &hypothesis.values);
+        self.known.keep(&hypothesis, residuals);
         Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
     }
 

@@ -1,7 +1,7 @@
 //! Exchange: a cause replaced by another that explains the log better, one at a time.
 
 use super::backward::{Pruned, prune};
-use super::forward::{Memory, Wanted, extensions};
+use super::forward::{Memory, Wanted, rivals};
 use super::image::{companion, image, nearest};
 use super::penalty::{cost_before_pruning, near_noise, open, out_of_reach, penalised_cost};
 use super::visibility::candidates;
@@ -32,7 +32,7 @@ fn alternatives(
     memory: &mut Memory,
 ) -> Alternatives {
     let wanted = Wanted { acting: effects::channels(effect), most: constants::alternatives() };
-    let mut instead = extensions(problem, &without, &wanted, memory);
+    let mut instead = rivals(problem, &without, &wanted, memory);
     fit_alike(problem, best, effect, &mut instead, memory);
     let slopes = slopes.get_or_init(|| problem.jacobian(best));
     let nearest =
@@ -57,13 +57,14 @@ fn fit_alike(problem: &Problem<'_>, best: &Fit, effect: Effect, instead: &mut [F
     };
     let finish = |fit: &mut Fit| {
         let changed = fit.hypothesis.effects.last().map_or(0, |effect| effects::channels(*effect));
-        for _ in 0..constants::rounds_alike() {
-            let goal = best.cost(problem);
+        let goal = best.cost(problem);
+        for left in (0..constants::rounds_alike()).rev() {
             let again = fit.hypothesis.clone();
             let Some(found) = problem.fit_and_search(again, changed, constants::iterations(), goal) else { break };
-            let converged = found.cost(problem) > fit.cost(problem) - constants::likelier();
+            let (gained, missing) = (fit.cost(problem) - found.cost(problem), found.cost(problem) - goal);
             *fit = found;
-            if converged {
+            // Rounds gain less and less.
+            if gained < constants::likelier() || gained * (left as f64) < missing {
                 break;
             }
         }

@@ -36,9 +36,12 @@ impl Tried {
 pub(crate) struct Memory {
     pub(crate) tried: Vec<Tried>,
     explored: Vec<Explored>,
+    /// Those of a search under another reading of the rows, or another noise: their costs say nothing, their values are near.
+    before: Vec<Explored>,
 }
 
 /// The extensions of a set of causes.
+#[derive(Clone)]
 struct Explored {
     from: Fit,
     /// Channels: each extension acts on at least one of them.
@@ -47,6 +50,11 @@ struct Explored {
 }
 
 impl Memory {
+    /// For a search under another reading of the rows, or another noise.
+    pub(crate) fn for_another(&self) -> Self {
+        Self { before: [&self.before[..], &self.explored].concat(), ..Self::default() }
+    }
+
     /// A hypothesis fitted in full.
     pub(crate) fn note(&mut self, fit: &Fit) {
         self.tried.push(Tried::of(fit));
@@ -54,16 +62,25 @@ impl Memory {
 
     /// The extensions of an earlier fit with the same causes and no higher cost; the latest if there are several.
     fn extensions(&self, problem: &Problem<'_>, from: &Fit, acting: Channels) -> Option<&Explored> {
-        let effects = &from.hypothesis.effects;
-        let same = |known: &Fit| {
-            known.hypothesis.effects.len() == effects.len()
-                && known.hypothesis.effects.iter().all(|effect| effects.contains(effect))
+        let known = |e: &&Explored| {
+            e.extends(from, acting) && e.from.cost(problem) < from.cost(problem) + constants::same_cost()
         };
-        let enough = |e: &Explored| acting & !e.acting == 0 && same(&e.from);
-        self.explored
-            .iter()
-            .rev()
-            .find(|e| enough(e) && e.from.cost(problem) < from.cost(problem) + constants::same_cost())
+        self.explored.iter().rev().find(known)
+    }
+
+    /// The extensions of an earlier fit with the same causes, whatever its cost.
+    fn begun(&self, from: &Fit, acting: Channels) -> Option<&Explored> {
+        self.before.iter().chain(&self.explored).rev().find(|e| e.extends(from, acting))
+    }
+}
+
+impl Explored {
+    /// Whether these are extensions of the same causes that act on some channels.
+    fn extends(&self, from: &Fit, acting: Channels) -> bool {
+        let [known, effects] = [&self.from, from].map(|fit| &fit.hypothesis.effects);
+        acting & !self.acting == 0
+            && known.len() == effects.len()
+            && known.iter().all(|effect| effects.contains(effect))
     }
 }
 
@@ -173,6 +190,36 @@ pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, mem
     fits
 }
 
+/// The same for what may take the place of a cause. Where the causes left were extended before, the candidates are those found then,
+/// begun where they ended: what comes nearest to the cause is looked for from the cause itself.
+pub(crate) fn rivals(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
+    if memory.extensions(problem, from, wanted.acting).is_none()
+        && let Some(begun) = memory.begun(from, wanted.acting).cloned()
+    {
+        let fits = go_on(problem, from, &begun.fits, &mut memory.tried);
+        memory.explored.push(Explored { from: from.clone(), acting: begun.acting, fits });
+    }
+    extensions(problem, from, wanted, memory)
+}
+
+/// Extensions that go on from those of the same causes with other values.
+fn go_on(problem: &Problem<'_>, from: &Fit, begun: &[Fit], tried: &mut Vec<Tried>) -> Vec<Fit> {
+    let base = from.cost(problem);
+    let begin = |known: &Fit| {
+        let fit = problem.evaluate_as_is(known.hypothesis.clone())?;
+        if fit.cost(problem) < base {
+            return Some(fit);
+        }
+        // Without the effect a better place was found since.
+        let effect = *known.hypothesis.effects.last()?;
+        let values = known.hypothesis.values_of(effect);
+        problem.evaluate_as_is(from.hypothesis.extended_by(effect, problem.parameters(effect), &values))
+    };
+    let mut fits: Vec<Fit> = begun.par_iter().filter_map(begin).collect();
+    fits.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    finished(problem, fits, base, tried)
+}
+
 /// Extensions, lowest penalised cost with the present dispersion first.
 fn in_order(problem: &Problem<'_>, mut fits: Vec<Fit>) -> Vec<Fit> {
     fits.sort_by(|a, b| cost_before_pruning(problem, a).total_cmp(&cost_before_pruning(problem, b)));
@@ -222,6 +269,12 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
     // A few iterations on the subset show which candidates to fit on all data.
     let begun = begun(problem, from, &scoring, &starts);
+    finished(problem, begun, base, tried)
+}
+
+/// Extensions, lowest cost first, of which the best are fitted to the end: those that may come near the lowest cost, counted from the
+/// cost `base` without any.
+fn finished(problem: &Problem<'_>, begun: Vec<Fit>, base: f64, tried: &mut Vec<Tried>) -> Vec<Fit> {
     let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
     let finished = begun.iter().take_while(|fit| promising(fit.cost(problem), lowest, base)).count();
     let finished = finished.clamp(1, constants::candidates_finished()).min(begun.len());
@@ -288,5 +341,35 @@ mod tests {
         let scale = candidates.iter().find(|c| c.effect == effect).expect("a candidate");
         let start = scale.starts.first().expect("an initial value");
         assert!((start[0] - 1.05).abs() < 1e-9, "{start:?}");
+    }
+
+    #[test]
+    fn what_may_take_a_causes_place_goes_on_from_what_was_tried_before() {
+        let rig = RigFile::paper_a();
+        let hidden = Effects::none().with(Effect::ExhaustCoefficient, &[0.8]);
+        let mut log = simulated(&rig, &hidden, 12_000, stick_slip_v);
+        add_noise(&mut log, 5.0e-5, 300.0);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, first, second) = (Signals::default(), Effort::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &first));
+        let null = problem.fit(Hypothesis::null(&nominal), constants::iterations()).expect("a sound rig");
+        let (wanted, mut memory) = (Wanted::any(&problem), Memory::default());
+        let before = first.millions();
+        let anew = extensions(&problem, &null, &wanted, &mut memory);
+        let cost_anew = first.millions() - before;
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &second));
+        let gone_on = rivals(&problem, &null, &wanted, &mut memory.for_another());
+        let effects = |fits: &[Fit]| {
+            let mut effects: Vec<Effect> =
+                fits.iter().filter_map(|fit| fit.hypothesis.effects.last().copied()).collect();
+            effects.sort_unstable();
+            effects
+        };
+        assert_eq!(effects(&gone_on), effects(&anew));
+        assert_eq!(gone_on[0].hypothesis.effects, [Effect::ExhaustCoefficient]);
+        assert!(gone_on[0].cost(&problem) < anew[0].cost(&problem) + constants::same_cost());
+        assert!(second.millions() < 0.5 * cost_anew, "{} of {cost_anew}", second.millions());
     }
 }

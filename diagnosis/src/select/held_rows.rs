@@ -18,7 +18,8 @@ pub(crate) fn held_with_a_cause(rows: &Rows<'_>, moved: &Problem<'_>, found: &Fo
     let problem = Problem::new((rows.rig, &held), rows.judgeable, rows.nominal, (&signals, moved.effort));
     let null = problem.fit(found.null.hypothesis.clone(), constants::iterations())?;
     let wanted = Wanted { acting: rows.air(), ..Wanted::any(&problem) };
-    let best = extensions(&problem, &null, &wanted, &mut Memory::default()).into_iter().next()?;
+    let mut memory = Memory::default();
+    let best = extensions(&problem, &null, &wanted, &mut memory).into_iter().next()?;
     let likelier = rows.is_likelier((&held, &best.hypothesis), (moved.record, &found.best.hypothesis));
-    likelier.then(|| (held, Begin::of(&null, &best)))
+    likelier.then(|| (held, Begin::of(&null, &best, &memory)))
 }

@@ -5,7 +5,7 @@
 
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
-use super::forward::{Memory, Tried, Wanted, extensions};
+use super::forward::{Memory, Wanted, extensions};
 use super::nominal_fit;
 use super::penalty::{beyond_noise, out_of_reach, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
@@ -31,7 +31,7 @@ pub(crate) struct Found {
     pub(crate) without: Vec<Option<Fit>>,
     /// Causes for which no alternatives were looked for.
     pub(crate) unrivalled: Vec<Effect>,
-    pub(crate) tried: Vec<Tried>,
+    pub(crate) memory: Memory,
 }
 
 /// Adds one cause at a time, the best that lowers the penalised cost, and removes causes that become needless.
@@ -79,7 +79,7 @@ impl Selected {
 
     /// Where a search begins that goes on from here.
     pub(crate) fn found(&self) -> Begin {
-        Begin::of(&self.null, &self.pruned.fit)
+        Begin::of(&self.null, &self.pruned.fit, &self.memory)
     }
 }
 
@@ -89,11 +89,12 @@ pub(crate) struct Begin {
     pub(crate) null: Hypothesis,
     /// With causes.
     pub(crate) causes: Hypothesis,
+    memory: Memory,
 }
 
 impl Begin {
-    pub(crate) fn of(null: &Fit, causes: &Fit) -> Self {
-        Self { null: null.hypothesis.clone(), causes: causes.hypothesis.clone() }
+    pub(crate) fn of(null: &Fit, causes: &Fit, memory: &Memory) -> Self {
+        Self { null: null.hypothesis.clone(), causes: causes.hypothesis.clone(), memory: memory.for_another() }
     }
 }
 
@@ -105,11 +106,10 @@ pub(crate) fn select(
     begin: Option<Begin>,
     progress: &dyn Fn(&str),
 ) -> Option<Selected> {
-    let mut memory = Memory::default();
     progress("nominal model");
-    let (null, known) = match begin {
-        Some(Begin { null, causes }) => (problem.fit(null, constants::iterations())?, Some(causes)),
-        None => (nominal_fit::fitted(problem, nominal)?, None),
+    let (null, known, mut memory) = match begin {
+        Some(Begin { null, causes, memory }) => (problem.fit(null, constants::iterations())?, Some(causes), memory),
+        None => (nominal_fit::fitted(problem, nominal)?, None, Memory::default()),
     };
     let known = known.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
@@ -172,5 +172,5 @@ pub(crate) fn compare(problem: &Problem<'_>, selected: Selected, progress: &dyn 
     let unrivalled = pairs.filter(|(_, found)| found.as_ref().is_some_and(|found| !found.searched)).map(|(e, _)| *e);
     let unrivalled = unrivalled.collect();
     let (ties, losses) = ties(problem, &best, alternatives);
-    Found { null, forward, best, ties, losses, without, unrivalled, tried: memory.tried }
+    Found { null, forward, best, ties, losses, without, unrivalled, memory }
 }

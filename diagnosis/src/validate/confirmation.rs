@@ -1,6 +1,6 @@
 //! Whether the part of the log held back confirms the causes found on the rest.
 
-use super::hold_out;
+use super::hold_out::{HORIZON_S, Predictions};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
@@ -9,8 +9,8 @@ use crate::select::penalty::required_gain;
 use crate::select::search::Found;
 
 /// Whether the causes together, as fitted, lower the misfit of the part of the log that took no part in the fit, and predict it
-/// no worse. By data alone: priors know nothing of that part. True where nothing was held back.
-pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
+/// no worse. By data alone: priors know nothing of that part. True where nothing was held back. `predictions`: of the best fit.
+pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found, predictions: Option<&Predictions<'_>>) -> bool {
     let held = problem.held_back();
     let effects = &found.best.hypothesis.effects;
     if held.stretches.is_empty() || effects.is_empty() {
@@ -28,7 +28,8 @@ pub(crate) fn confirmed_together(problem: &Problem<'_>, found: &Found) -> bool {
         (false, true) => constants::no_worse(),
         (false, false) => 1.0,
     };
-    best < null + allowance(&found.null, &found.best) && predicts_no_worse(problem, found, plain, growth)
+    best < null + allowance(&found.null, &found.best)
+        && predictions.is_none_or(|predictions| predicts_no_worse(problem, (&found.null, predictions), plain, growth))
 }
 
 /// For each cause: whether the part held back is told better with it than without it, everything else fitted anew on the rest.
@@ -79,9 +80,8 @@ pub(crate) fn data_cost(on: &Problem<'_>, hypothesis: &Hypothesis) -> Option<f64
 /// Whether the squared errors of the whole model, restarted on the part held back, grow by no more than the factor
 /// `growth` when the causes are added. They grow more with causes that only fit noise of a balance: not so where the balances
 /// gain plainly, and then a model that predicts as well as it can is not refuted by one whose nominal values happen to do better.
-fn predicts_no_worse(problem: &Problem<'_>, found: &Found, plain: bool, growth: f64) -> bool {
-    let models = hold_out::Comparison::new(problem, Some(&found.null), &found.best);
-    let Some((gain, _)) = models.and_then(|models| models.gain(hold_out::HORIZON_S)) else { return true };
+fn predicts_no_worse(problem: &Problem<'_>, (null, best): (&Fit, &Predictions<'_>), plain: bool, growth: f64) -> bool {
+    let Some((gain, _)) = best.gain(problem, Some(null), HORIZON_S) else { return true };
     let error = |of: &PerChannel| beyond_floor(of, &gain.holdout.noise_floor);
     plain && gain.closed() || error(&gain.holdout.extended_rmse) <= growth * error(&gain.holdout.baseline_rmse)
 }

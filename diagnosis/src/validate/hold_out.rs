@@ -8,6 +8,7 @@ use crate::data::smoothing::Smoothed;
 use crate::data::split::Stretch;
 use crate::estimate::problem::{Fit, Problem};
 use crate::outcome::{Gain, HoldOut, Overlay, PerChannel};
+use core::cell::OnceCell;
 use plant_model::{Inputs, Plant, Side, Simulator, State, Stepper, Tolerance};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -20,11 +21,22 @@ pub(crate) const HORIZON_S: f64 = 0.2;
 /// Further prediction horizons of the report, s.
 pub(crate) const OTHER_HORIZONS_S: [f64; 2] = [0.05, 1.0];
 
-/// Two models to be compared on the part of a log held back.
-pub(crate) struct Comparison<'a> {
+/// The predictions of a fit's model on the part of a log held back.
+pub(crate) struct Predictions<'a> {
     record: &'a Record,
-    baseline: Model,
-    extended: Model,
+    model: Model,
+    /// Those over [`HORIZON_S`], made when first asked for.
+    nearest: OnceCell<Vec<Window>>,
+}
+
+/// The predictions of a window.
+struct Window {
+    start: usize,
+    run_in: usize,
+    /// What the model predicts, sample by sample from `start` on.
+    predicted: Vec<[f64; 3]>,
+    /// For each of the window's rows and each draw of noise: what the sensors of a perfect model show, and what it predicts.
+    perfect: Vec<(usize, [[f64; 3]; 2])>,
 }
 
 /// The model of a fit, or of the rig file as it stands where there is none. `None` if the log does not hold what a full
@@ -57,43 +69,53 @@ pub(crate) fn errors(problem: &Problem<'_>, fit: &Fit, horizon_s: f64) -> Option
     (errors.count > 0.0).then(|| errors.rmse())
 }
 
-impl<'a> Comparison<'a> {
-    /// The model of a fit beside that of a baseline: another fit, or the rig file as it stands. `None` if the log does not
-    /// hold what a full prediction needs.
-    pub(crate) fn new(problem: &Problem<'a>, baseline: Option<&Fit>, extended: &Fit) -> Option<Self> {
-        Some(Self {
-            record: problem.record,
-            baseline: model(problem, baseline)?,
-            extended: model(problem, Some(extended))?,
-        })
+impl<'a> Predictions<'a> {
+    /// Of a fit; `None` if the log does not hold what a full prediction needs.
+    pub(crate) fn of(problem: &Problem<'a>, fit: &Fit) -> Option<Self> {
+        Some(Self { record: problem.record, model: model(problem, Some(fit))?, nearest: OnceCell::new() })
     }
 
-    /// Errors of both models and of a perfect one; `None` if no prediction of this length fits into what is held back.
-    pub(crate) fn gain(&self, horizon_s: f64) -> Option<(Gain, Overlay)> {
-        let record = self.record;
+    /// Errors beside those of a baseline, another fit or the rig file as it stands, and of a perfect model; `None` if no prediction of
+    /// this length fits into what is held back. Up to [`HORIZON_S`] they are the first part of longer ones.
+    pub(crate) fn gain(
+        &self,
+        problem: &Problem<'_>,
+        baseline: Option<&Fit>,
+        horizon_s: f64,
+    ) -> Option<(Gain, Overlay)> {
+        let (record, baseline) = (self.record, model(problem, baseline)?);
+        if rows_within(record, horizon_s) < 2 {
+            return None;
+        }
+        let windows = if horizon_s > HORIZON_S {
+            &self.over(horizon_s)
+        } else {
+            self.nearest.get_or_init(|| self.over(HORIZON_S))
+        };
+        let most = rows_within(record, horizon_s);
+        let beside = |window: &Window| {
+            let Window { start, run_in, .. } = *window;
+            let rows = record.rows_in(start..start + window.predicted.len());
+            let end = rows.iter().take(most).next_back().map_or(start, |last| last + 1);
+            (start..end, predict(record, &baseline, &Commands { record, until: run_in }, run_in, start, end))
+        };
+        let beside: Vec<_> = windows.par_iter().map(beside).collect();
         let mut nominal = Errors::default();
         let mut by_window = Vec::new();
         let mut overlay = Overlay::default();
-        // A fixed seed: the floor of a log is always the same. Drawn in order, predicted side by side.
-        let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
-        let drawn = |window: [usize; 4]| {
-            let count = constants::noise_floor_draws() * deviates_within(record, window[0]..window[3]);
-            (window, StandardNormal.sample_iter(&mut noise).take(count).collect())
-        };
-        let drawn: Vec<([usize; 4], Vec<f64>)> = all_windows(record, horizon_s).into_iter().map(drawn).collect();
-        let predicted = drawn.into_par_iter().map(|(window, deviates)| (window, self.within(window, deviates)));
-        for ([_, _, start, end], (predictions, perfect)) in predicted.collect::<Vec<_>>() {
+        for (window, (range, baseline)) in windows.iter().zip(beside) {
             let mut here = [Errors::default(), Errors::default()];
-            perfect.iter().for_each(|[shown, own]| here[1].add(shown, own));
-            for &at in record.rows_in(start..end) {
-                let (k, measured) = (at - start, measured(record, at));
-                nominal.add(&measured, &predictions[0][k]);
-                here[0].add(&measured, &predictions[1][k]);
+            let perfect = window.perfect.iter().filter(|(row, _)| range.contains(row));
+            perfect.for_each(|(_, [shown, own])| here[1].add(shown, own));
+            for &at in record.rows_in(range.clone()) {
+                let (k, measured) = (at - range.start, measured(record, at));
+                nominal.add(&measured, &baseline[k]);
+                here[0].add(&measured, &window.predicted[k]);
                 overlay.t_s.push(record.t_s[at]);
                 for channel in 0..3 {
                     overlay.measured[channel].push(measured[channel]);
-                    overlay.baseline[channel].push(predictions[0][k][channel]);
-                    overlay.extended[channel].push(predictions[1][k][channel]);
+                    overlay.baseline[channel].push(baseline[k][channel]);
+                    overlay.extended[channel].push(window.predicted[k][channel]);
                 }
             }
             by_window.push(here);
@@ -112,30 +134,43 @@ impl<'a> Comparison<'a> {
         let holdout = HoldOut { baseline_rmse, extended_rmse, noise_floor };
         Some((Gain { holdout, horizon_s, worst_ratio }, overlay))
     }
+
+    /// The predictions over a horizon.
+    fn over(&self, horizon_s: f64) -> Vec<Window> {
+        let (record, model) = (self.record, &self.model);
+        // A fixed seed: the floor of a log is always the same. Drawn in order, predicted side by side.
+        let mut noise = Xoshiro256PlusPlus::seed_from_u64(1);
+        let drawn = |window: [usize; 4]| {
+            let count = constants::noise_floor_draws() * deviates_within(record, window[0]..window[3]);
+            (window, StandardNormal.sample_iter(&mut noise).take(count).collect())
+        };
+        let drawn: Vec<([usize; 4], Vec<f64>)> = all_windows(record, horizon_s).into_iter().map(drawn).collect();
+        drawn.into_par_iter().map(|(window, deviates)| Window::of(record, model, window, &deviates)).collect()
+    }
 }
 
-/// What both models predict in a window, and what a perfect model would: for each of its rows and each draw of noise, what its
-/// sensors show and what it predicts.
-type Predicted = ([Vec<[f64; 3]>; 2], Vec<[[f64; 3]; 2]>);
-
-impl Comparison<'_> {
+impl Window {
     /// `deviates`: as many standard normal ones as all draws need.
-    fn within(&self, [from, run_in, start, end]: [usize; 4], deviates: Vec<f64>) -> Predicted {
-        let Self { record, baseline, extended } = self;
+    fn of(record: &Record, model: &Model, [from, run_in, start, end]: [usize; 4], deviates: &[f64]) -> Self {
         let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
-        let predictions = [baseline, extended].map(|model| predict(record, model, &history, run_in, start, end));
-        let alike = extended.part(from..end);
-        // The noise floor: the extended model plays the rig. Its predictions of itself still err by the sensors' noise, and by
-        // what noise and smoothing leave unknown about the initial state. Where the piston sticks, chance decides much of that.
-        let mut perfect_ones = Vec::new();
+        let predicted = predict(record, model, &history, run_in, start, end);
+        let alike = model.part(from..end);
+        // The noise floor: the model plays the rig. Its predictions of itself still err by the sensors' noise, and by what noise and
+        // smoothing leave unknown about the initial state. Where the piston sticks, chance decides much of that.
+        let mut perfect = Vec::new();
         for deviates in deviates.chunks(deviates_within(record, from..end).max(1)) {
-            let perfect = as_if(record, extended, &earlier, from..end, deviates);
-            let own = predict(&perfect, &alike, &history, run_in - from, start - from, end - from);
+            let shown = as_if(record, model, &earlier, from..end, deviates);
+            let own = predict(&shown, &alike, &history, run_in - from, start - from, end - from);
             let rows = record.rows_in(start..end).iter();
-            perfect_ones.extend(rows.map(|row| [measured(&perfect, row - from), own[row - start]]));
+            perfect.extend(rows.map(|row| (*row, [measured(&shown, row - from), own[row - start]])));
         }
-        (predictions, perfect_ones)
+        Self { start, run_in, predicted, perfect }
     }
+}
+
+/// How many rows a horizon takes.
+fn rows_within(record: &Record, horizon_s: f64) -> usize {
+    (horizon_s / record.quality.interval_s.max(1.0e-6)) as usize
 }
 
 /// What the sensors of position and pressures show.
@@ -156,9 +191,9 @@ fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 4]
     let interval = record.quality.interval_s.max(1.0e-6);
     let reach = record.velocity_reach().samples(interval).max(2 * record.pressure_reach().samples(interval));
     let run_in = ((constants::run_in_s() / interval) as usize).max(reach + 1);
-    let length = (horizon_s / interval) as usize;
+    let length = rows_within(record, horizon_s);
     // Most of the work is to run in: shorter predictions begin no more often.
-    let apart = length.max((HORIZON_S / interval) as usize);
+    let apart = length.max(rows_within(record, HORIZON_S));
     let rows = record.rows_in(stretch.range());
     let mut out = Vec::new();
     let mut start = reach + run_in;

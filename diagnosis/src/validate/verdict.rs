@@ -3,7 +3,7 @@
 use super::closure::{closed_cost, judged, like_noise, misfit_of};
 use super::confirmation::{confirmed_singly, confirmed_together};
 use super::foreign_terms;
-use super::hold_out::{Comparison, HORIZON_S};
+use super::hold_out::{HORIZON_S, Predictions};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use crate::estimate::problem::{Fit, Problem};
@@ -50,13 +50,20 @@ impl Judgement {
     }
 }
 
-/// Judges the causes found, given in the order of the best fit's effects.
-pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], all: Vec<Cause>) -> Judgement {
+/// Judges the causes found, given in the order of the best fit's effects. `predictions`: of that fit, if the log allows any.
+pub(crate) fn judge(
+    problem: &Problem<'_>,
+    found: &Found,
+    balances: &[Balance],
+    all: Vec<Cause>,
+    predictions: Option<&Predictions<'_>>,
+) -> Judgement {
     let open: Channels = balances.iter().filter(|b| !b.closed).map(|b| b.channel.bit()).sum();
     // More causes at once rather approximate a single effect that the catalogue lacks.
     let few = all.iter().filter(|c| c.share >= constants::trifle()).count() <= constants::most_named();
     let trifles = all.len() > constants::most_named();
-    let held = explains_excess(problem, &found.null, &found.best, touched(found)) && confirmed_together(problem, found);
+    let held = explains_excess(problem, &found.null, &found.best, touched(found))
+        && confirmed_together(problem, found, predictions);
     let singly = confirmed_singly(problem, found);
     let without = |place: usize| found.without.get(place).and_then(Option::as_ref);
     // Beside large causes a trifle that only suppresses noise would pass together with them.
@@ -92,7 +99,7 @@ pub(crate) fn judge(problem: &Problem<'_>, found: &Found, balances: &[Balance], 
     doubt_beside_leads(&mut causes, &mut leads);
     // A model that errs as a whole is no place for names whose alternatives were never tried.
     let unrivalled = |cause: &Cause| found.unrivalled.iter().any(|effect| effect.id() == cause.id);
-    let guessed = !causes.is_empty() && causes.iter().all(unrivalled) && !closes(problem, &found.best);
+    let guessed = !causes.is_empty() && causes.iter().all(unrivalled) && !closes(problem, predictions);
     if guessed {
         leads.append(&mut causes);
     }
@@ -153,9 +160,9 @@ fn chi_squared(count: f64, standard_deviations: f64) -> f64 {
     count.max(1.0) * (1.0 - variance + standard_deviations * variance.sqrt()).powi(3)
 }
 
-/// Whether the whole model predicts the part held back as well as noise allows.
-pub(crate) fn closes(problem: &Problem<'_>, fit: &Fit) -> bool {
-    let predicted = Comparison::new(problem, None, fit).and_then(|models| models.gain(HORIZON_S));
+/// Whether the whole model predicts the part held back as well as noise allows; so it does where the log allows no predictions.
+pub(crate) fn closes(problem: &Problem<'_>, predictions: Option<&Predictions<'_>>) -> bool {
+    let predicted = predictions.and_then(|predictions| predictions.gain(problem, None, HORIZON_S));
     predicted.is_none_or(|(gain, _)| gain.closed())
 }
 
