@@ -193,7 +193,7 @@ pub(crate) fn by_openings(
     let along = opening::Along::of(plant, &places(plant), record);
     let changes = |other: &Plant<f64>| {
         let all = || opening::changes([&air.openings, &opening::openings_at(&places(other), record, other)]);
-        along.changes_to(other).unwrap_or_else(all)
+        along.as_ref().and_then(|along| along.changes_to(other)).unwrap_or_else(all)
     };
     let together = |others: &[Plant<f64>]| -> Vec<Innovations> {
         let changes: Vec<opening::Openings> = others.iter().map(changes).collect();

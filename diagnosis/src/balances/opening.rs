@@ -44,25 +44,23 @@ impl Openings {
         }
     }
 
-    /// Means over the intervals of what the paths of A and B have in each part of them; those of B are their own if the paths are
+    /// Means over the intervals of what the paths of A and B have at the spool's places; those of B are their own if the paths are
     /// apart.
-    fn averaged(places: &Places, record: &Record, apart: bool, mut in_part: impl FnMut(usize) -> [f64; 2]) -> Self {
+    fn averaged(places: &Places, record: &Record, apart: bool, mut at: impl FnMut(f64) -> [f64; 2]) -> Self {
         let rows = places.ends.len();
         let (mut a, mut b) = (Vec::with_capacity(rows), Vec::with_capacity(if apart { rows } else { 0 }));
-        let mut begin = 0;
-        for (k, end) in places.ends.iter().enumerate() {
+        for (k, parts) in places.by_sample().enumerate() {
             let mut sum = [0.0; 2];
-            for part in begin..*end {
-                let (duration, here) = (places.parts[part].1, in_part(part));
-                sum = [sum[0] + here[0] * duration, sum[1] + here[1] * duration];
+            for (place, duration_s) in parts {
+                let here = at(*place);
+                sum = [sum[0] + here[0] * duration_s, sum[1] + here[1] * duration_s];
             }
             let interval_s = Self::interval_s(record, k);
-            let mean = |sum: f64| if begin == *end { f64::NAN } else { sum / interval_s };
+            let mean = |sum: f64| if parts.is_empty() { f64::NAN } else { sum / interval_s };
             a.push(mean(sum[0]));
             if apart {
                 b.push(mean(sum[1]));
             }
-            begin = *end;
         }
         let a = Arc::new(a);
         let b = if apart { Arc::new(b) } else { Arc::clone(&a) };
@@ -85,8 +83,7 @@ pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Openings {
 pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Openings {
     let characteristic = Characteristic::of(plant);
     let (mut near, mut last) = ([0; 2], (f64::NAN, [0.0; 2]));
-    Openings::averaged(places, record, characteristic.exhaust_zone.is_some(), |part| {
-        let place = places.parts[part].0;
+    Openings::averaged(places, record, characteristic.exhaust_zone.is_some(), |place| {
         if place != last.0 {
             last = (
                 place,
@@ -105,8 +102,8 @@ pub(super) fn bends(record: &Record, plant: &Plant<f64>) -> Option<Openings> {
         [0.0, 1.0].map(|smoothness| Characteristic::through(plant, &points.with_smoothness(smoothness)));
     let (mut near, places) = ([0; 2], places(record, plant, None));
     let bend = |on: On| (cubic.magnitude(on) - straight.magnitude(on)).abs();
-    Some(Openings::averaged(&places, record, straight.exhaust_zone.is_some(), |part| {
-        straight.signed(straight.paths(places.parts[part].0, &mut near), bend)
+    Some(Openings::averaged(&places, record, straight.exhaust_zone.is_some(), |place| {
+        straight.signed(straight.paths(place, &mut near), bend)
     }))
 }
 
@@ -148,7 +145,8 @@ struct On {
     piece: usize,
 }
 
-/// The effective command of a dead zone in V. Most places of the spool are beyond the rounding of its corners.
+/// The effective command of a dead zone in V: [`DeadZone::output_v`]. Most places of the spool are beyond the rounding of its corners;
+/// the shorter way there takes a twentieth off a diagnosis with a table.
 #[inline]
 fn effective_v(zone: &DeadZone<f64>, spool_v: f64) -> f64 {
     let [right, left] = [spool_v - zone.right_v, spool_v - zone.left_v];
@@ -275,18 +273,22 @@ impl Moments {
 }
 
 impl<'a> Along<'a> {
-    pub(super) fn of(plant: &'a Plant<f64>, places: &Places, record: &Record) -> Self {
+    /// `None` without a table.
+    pub(super) fn of(plant: &'a Plant<f64>, places: &Places, record: &Record) -> Option<Self> {
         let characteristic = Characteristic::of(plant);
+        if characteristic.pieces.iter().all(Vec::is_empty) {
+            return None;
+        }
         let empty = || Moments(characteristic.pieces.each_ref().map(|pieces| vec![Vec::new(); pieces.len()]));
         let mut moments = vec![empty()];
         if characteristic.exhaust_zone.is_some() {
             moments.push(empty());
         }
         let mut none = Vec::with_capacity(places.ends.len());
-        let (mut near, mut begin) = ([0; 2], 0);
-        for (k, end) in places.ends.iter().enumerate() {
+        let mut near = [0; 2];
+        for (k, parts) in places.by_sample().enumerate() {
             let interval_s = Openings::interval_s(record, k);
-            for (place, duration_s) in &places.parts[begin..*end] {
+            for (place, duration_s) in parts {
                 let (filling, exhausting) = characteristic.paths(*place, &mut near);
                 let exhausting = exhausting.unwrap_or(filling);
                 // A path that is closed does not say which way the others are open.
@@ -296,10 +298,9 @@ impl<'a> Along<'a> {
                     moments.add(&characteristic, on, (k, duration_s / interval_s));
                 }
             }
-            none.push(if begin == *end { f64::NAN } else { 0.0 });
-            begin = *end;
+            none.push(if parts.is_empty() { f64::NAN } else { 0.0 });
         }
-        Self { characteristic, none, moments }
+        Some(Self { characteristic, none, moments })
     }
 
     /// The changes to the openings of a plant with other openings in its table, its spool at the same places; `None` if it differs
@@ -387,7 +388,7 @@ mod tests {
             file.rig.valve.exhaust_overlap_v = overlap_v;
             let plant = Plant::new(&file.rig, &Effects::none()).unwrap();
             let at = places(&record, &plant, None);
-            let (as_is, along) = (openings_at(&at, &record, &plant), Along::of(&plant, &at, &record));
+            let (as_is, along) = (openings_at(&at, &record, &plant), Along::of(&plant, &at, &record).expect("a table"));
             // A path followed piece by piece is where the plant's opening is, to the last bit.
             let (characteristic, mut near) = (Characteristic::of(&plant), [0; 2]);
             for spool_v in (-600..600).map(|k| 0.01 * f64::from(k)) {

@@ -48,6 +48,18 @@ pub(super) struct Places {
     pub(super) ends: Vec<usize>,
 }
 
+impl Places {
+    /// For each sample the parts of the interval behind it; none where nobody wants them.
+    pub(super) fn by_sample(&self) -> impl Iterator<Item = &[(f64, f64)]> {
+        let mut begin = 0;
+        self.ends.iter().map(move |end| {
+            let parts = &self.parts[begin..*end];
+            begin = *end;
+            parts
+        })
+    }
+}
+
 /// The places of the spool, in some stretches if there are any.
 pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Places {
     let mut wanted = vec![stretches.is_none(); record.len()];
