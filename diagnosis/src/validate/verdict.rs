@@ -79,7 +79,8 @@ pub(crate) fn judge(
     let in_reach = found.best.hypothesis.effects.iter().filter(|effect| closed(effect));
     let in_reach = in_reach.fold(0, |all, effect| all | effects::channels(*effect));
     let most = explains_most(if in_reach == 0 { touched(found) } else { in_reach }, balances);
-    let confirmed = few && most && held && is_likely_rig(&found.best);
+    // Values that act in open balances alone make up for what is missing there.
+    let confirmed = few && most && held && are_likely(&found.best, !open);
     let told = open != 0 || !few || trifles || !most;
     let stands = |place: usize, cause: &Cause, effect: &Effect| {
         // While a balance is open, a cause with a small share may only compensate for what is missing there.
@@ -127,11 +128,17 @@ pub(crate) fn judge(
 /// A maximum a posteriori estimate strays from nominal, in tolerances, with the covariance `I - S`, where `S` is the one it is left with.
 /// Along its principal axes that the log tells better than half, squares over that variance are those of normal variables.
 pub(crate) fn is_likely_rig(fit: &Fit) -> bool {
+    are_likely(fit, Channels::MAX)
+}
+
+/// The same of the nominal values that act in some channels.
+fn are_likely(fit: &Fit, channels: Channels) -> bool {
     let hypothesis = &fit.hypothesis;
     let stated =
         |(place, (p, value)): (usize, (&Parameter, &f64))| Some((place, p.tolerance?, p.tolerances_off(*value)?));
-    let pairs = hypothesis.parameters.iter().zip(&hypothesis.values);
-    let stated: Vec<(usize, f64, f64)> = pairs.enumerate().filter_map(stated).collect();
+    let pairs = hypothesis.parameters.iter().zip(&hypothesis.values).enumerate();
+    let acting = pairs.filter(|(_, (p, _))| p.channels & channels != 0);
+    let stated: Vec<(usize, f64, f64)> = acting.filter_map(stated).collect();
     let Some(covariance) = &fit.covariance else { return true };
     let left = DMatrix::from_fn(stated.len(), stated.len(), |row, column| {
         let ((i, of_i, _), (j, of_j, _)) = (stated[row], stated[column]);
@@ -339,6 +346,26 @@ mod tests {
         let without_any = Hypothesis::null(&[]);
         let covariance = Some(DMatrix::zeros(0, 0));
         assert!(is_likely_rig(&Fit { hypothesis: without_any, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }));
+    }
+
+    #[test]
+    fn values_of_the_air_alone_say_nothing_of_a_cause_in_the_force_balance() {
+        let mut rig = RigFile::paper_a();
+        rig.tolerance.default = 0.02;
+        let air = Channel::PressureA.bit() | Channel::PressureB.bit();
+        let nominal = nominal_parameters(&rig, air | Channel::Position.bit(), false, &[1.0, -1.0]);
+        let off = |moved: &dyn Fn(&Parameter) -> bool| {
+            let mut hypothesis = Hypothesis::null(&nominal);
+            let tolerances = nominal.iter().map(|p| p.tolerance.expect("stated")).collect::<Vec<f64>>();
+            let off = hypothesis.values.iter_mut().zip(&nominal).zip(&tolerances).filter(|((_, p), _)| moved(p));
+            off.for_each(|((value, _), tolerance)| *value += 4.0 * tolerance);
+            let variances = tolerances.iter().map(|tolerance| (0.1 * tolerance).powi(2)).collect();
+            let covariance = Some(DMatrix::from_diagonal(&DVector::from_vec(variances)));
+            Fit { hypothesis, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }
+        };
+        let air_alone = off(&|p| p.channels & !air == 0);
+        assert!(are_likely(&air_alone, !air) && !is_likely_rig(&air_alone));
+        assert!(!are_likely(&off(&|p| p.channels & !air != 0), !air));
     }
 
     #[test]
