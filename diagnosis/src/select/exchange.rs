@@ -1,8 +1,9 @@
 //! Exchange: a cause replaced by another that explains the log better, one at a time.
 
 use super::backward::{Pruned, prune};
-use super::forward::{Memory, Wanted, rivals};
+use super::forward::{Wanted, rivals};
 use super::image::{companion, image, nearest};
+use super::memory::Memory;
 use super::penalty::{cost_before_pruning, near_noise, open, out_of_reach, penalised_cost};
 use super::visibility::candidates;
 use crate::constants;

@@ -1,6 +1,7 @@
 //! Whether rows that look as if the command moved between them are those of a held command and a cause.
 
-use super::forward::{Memory, Wanted, extensions};
+use super::forward::{Wanted, extensions};
+use super::memory::Memory;
 use super::search::{Begin, Found};
 use crate::balances::shared::Signals;
 use crate::constants;

@@ -9,6 +9,7 @@ pub(crate) mod forward;
 pub(crate) mod held_rows;
 pub(crate) mod image;
 pub(crate) mod initial_values;
+mod memory;
 pub(crate) mod nominal_fit;
 pub(crate) mod penalty;
 pub(crate) mod ripple_spectrum;

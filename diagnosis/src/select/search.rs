@@ -5,7 +5,8 @@
 
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
-use super::forward::{Memory, Wanted, extensions};
+use super::forward::{Wanted, extensions};
+use super::memory::Memory;
 use super::nominal_fit;
 use super::penalty::{beyond_noise, out_of_reach, penalised_cost, shortfall, wide_open};
 use super::screening::screened;

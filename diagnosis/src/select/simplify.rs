@@ -3,7 +3,7 @@
 
 use super::backward::{Pruned, refit_without};
 use super::exchange::{Alternatives, exchange, given_up};
-use super::forward::Memory;
+use super::memory::Memory;
 use super::penalty::{negligible, required_gain, shortfall, uncertain};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
