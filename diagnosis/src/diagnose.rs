@@ -95,7 +95,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             return Err(DiagnosisError::NothingToJudge);
         };
         if let Some(again) = asked.again(&between_rows, &reading, &problem, selected.fit()) {
-            begin = Some(selected.found());
+            begin = Some(selected.begin());
             again.take_over(&mut reading, &mut record);
             continue;
         }

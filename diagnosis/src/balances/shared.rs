@@ -43,22 +43,17 @@ impl<K, V, const MOST: usize> Default for Shared<K, V, MOST> {
 
 impl<K: PartialEq, V, const MOST: usize> Shared<K, V, MOST> {
     /// The value for a key, made unless it is known.
-    pub(super) fn of(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
+    pub(crate) fn of(&self, key: K, make: impl FnOnce() -> V) -> Arc<V> {
         if let Some(value) = self.find(&key) {
             return value;
         }
         let value = Arc::new(make());
-        self.keep(key, Arc::clone(&value));
-        value
-    }
-
-    /// Keeps the value of a key that is not known.
-    pub(crate) fn keep(&self, key: K, value: Arc<V>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if known.len() >= MOST {
             known.remove(0);
         }
-        known.push((key, value));
+        known.push((key, Arc::clone(&value)));
+        value
     }
 
     /// The value of a key, if it is known.

@@ -6,7 +6,6 @@ use crate::balances::shared::Shared;
 use crate::data::channel::{Channel, Channels};
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Slot;
-use std::sync::Arc;
 
 /// What the residuals of a channel depend on.
 type Values = Vec<(Slot, f64)>;
@@ -32,9 +31,9 @@ impl Known {
     pub(super) fn keep(&self, hypothesis: &Hypothesis, residuals: &Residuals) {
         for channel in Channel::ALL {
             let found = &residuals.channels[channel as usize];
-            let (known, key) = (&self.channels[channel as usize], in_channel(hypothesis, &hypothesis.values, channel));
-            if !found.is_empty() && known.find(&key).is_none() {
-                known.keep(key, Arc::new(found.clone()));
+            if !found.is_empty() {
+                let key = in_channel(hypothesis, &hypothesis.values, channel);
+                self.channels[channel as usize].of(key, || found.clone());
             }
         }
     }

@@ -13,6 +13,15 @@ pub(crate) struct Residuals {
     pub(crate) channels: [Vec<f64>; 4],
 }
 
+impl Residuals {
+    /// Those of another evaluation in the channels that this one leaves out.
+    pub(super) fn fill_in(&mut self, others: &Self) {
+        for (own, other) in self.channels.iter_mut().zip(&others.channels).filter(|(own, _)| own.is_empty()) {
+            own.clone_from(other);
+        }
+    }
+}
+
 /// Averages groups of so many neighbours, scaled so that white noise keeps unit variance.
 pub(crate) fn average_neighbours(innovations: &Innovations, averaged: usize) -> Residuals {
     let mut out = Residuals::default();

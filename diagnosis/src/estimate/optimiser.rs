@@ -150,11 +150,7 @@ impl Problem<'_> {
                 hypothesis.meet_in_order(&mut trial);
                 let attempt = |trial: &[f64]| {
                     let mut new = self.evaluate(&hypothesis, trial, reached)?;
-                    for (new, old) in new.channels.iter_mut().zip(&residuals.channels) {
-                        if new.is_empty() {
-                            new.clone_from(old);
-                        }
-                    }
+                    new.fill_in(&residuals);
                     let cost = self.total(&new, &hypothesis, trial);
                     Some((new, cost))
                 };

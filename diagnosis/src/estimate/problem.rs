@@ -147,19 +147,17 @@ impl<'a> Problem<'a> {
         let plant = hypothesis.plant(self.rig, values)?;
         let wanted = wanted & self.judgeable;
         self.effort.add(samples(&self.stretches), wanted, &plant);
-        let mut out = self.known.find(hypothesis, values, wanted);
-        let unknown = |channel: &Channel| out.channels[*channel as usize].is_empty();
-        let wanted = Channel::ALL.into_iter().filter(unknown).fold(0, |all, channel| all | channel.bit()) & wanted;
+        let known = self.known.find(hypothesis, values, wanted);
+        let is_known = |channel: &Channel| !known.channels[*channel as usize].is_empty();
+        let wanted = Channel::ALL.into_iter().filter(is_known).fold(wanted, |left, channel| left & !channel.bit());
         if wanted == 0 {
-            return Some(out);
+            return Some(known);
         }
         let added = self.added(hypothesis, values);
         let innovations =
             observers::innovations(self.record, self.signals, &plant, &added, &self.stretches, wanted, self.mechanics);
-        let found = average_neighbours(&innovations, self.record.averaged());
-        for (out, found) in out.channels.iter_mut().zip(found.channels).filter(|(_, found)| !found.is_empty()) {
-            *out = found;
-        }
+        let mut out = average_neighbours(&innovations, self.record.averaged());
+        out.fill_in(&known);
         Some(out)
     }
 

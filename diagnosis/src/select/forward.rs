@@ -112,26 +112,28 @@ impl Wanted {
 
 /// The fits of a hypothesis with one more effect, for the candidates of highest score; lowest penalised cost first.
 pub(crate) fn extensions(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
-    let (explored, mut fits) = match memory.extensions(problem, from, wanted.acting) {
-        Some(explored) => (explored.acting, in_order(problem, explored.fits.clone())),
-        None => (wanted.acting, explore(problem, from, wanted, &mut memory.tried)),
-    };
-    memory.explored.push(Explored { from: from.clone(), acting: explored, fits: fits.clone() });
-    let acts = |effect: &Effect| effects::channels(*effect) & wanted.acting != 0;
-    fits.retain(|fit| fit.hypothesis.effects.last().is_some_and(acts));
-    fits
+    extended(problem, from, wanted, memory, false)
 }
 
 /// The same for what may take the place of a cause. Where the causes left were extended before, the candidates are those found then,
 /// begun where they ended: what comes nearest to the cause is looked for from the cause itself.
 pub(crate) fn rivals(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory) -> Vec<Fit> {
-    if memory.extensions(problem, from, wanted.acting).is_none()
-        && let Some(begun) = memory.begun(from, wanted.acting).cloned()
-    {
-        let fits = go_on(problem, from, &begun.fits, &mut memory.tried);
-        memory.explored.push(Explored { from: from.clone(), acting: begun.acting, fits });
-    }
-    extensions(problem, from, wanted, memory)
+    extended(problem, from, wanted, memory, true)
+}
+
+/// Extensions as known, or explored; `goes_on`: from those of the same causes with other values, if there are any.
+fn extended(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, memory: &mut Memory, goes_on: bool) -> Vec<Fit> {
+    let (explored, mut fits) = if let Some(known) = memory.extensions(problem, from, wanted.acting) {
+        (known.acting, in_order(problem, known.fits.clone()))
+    } else if let Some(begun) = memory.begun(from, wanted.acting).filter(|_| goes_on).cloned() {
+        (begun.acting, go_on(problem, from, &begun.fits, &mut memory.tried))
+    } else {
+        (wanted.acting, explore(problem, from, wanted, &mut memory.tried))
+    };
+    memory.explored.push(Explored { from: from.clone(), acting: explored, fits: fits.clone() });
+    let acts = |effect: &Effect| effects::channels(*effect) & wanted.acting != 0;
+    fits.retain(|fit| fit.hypothesis.effects.last().is_some_and(acts));
+    fits
 }
 
 /// Extensions that go on from those of the same causes with other values.

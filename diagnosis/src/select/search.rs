@@ -79,7 +79,7 @@ impl Selected {
     }
 
     /// Where a search begins that goes on from here.
-    pub(crate) fn found(&self) -> Begin {
+    pub(crate) fn begin(&self) -> Begin {
         Begin::of(&self.null, &self.pruned.fit, &self.memory)
     }
 }
@@ -89,7 +89,7 @@ pub(crate) struct Begin {
     /// The nominal values alone.
     pub(crate) null: Hypothesis,
     /// With causes.
-    pub(crate) causes: Hypothesis,
+    causes: Hypothesis,
     memory: Memory,
 }
 

@@ -27,6 +27,8 @@ pub(crate) struct Predictions<'a> {
     model: Model,
     /// Those over [`HORIZON_S`], made when first asked for.
     nearest: OnceCell<Vec<Window>>,
+    /// The rig file as it stands, made when first asked for.
+    stated: OnceCell<Option<Model>>,
 }
 
 /// The predictions of a window.
@@ -57,9 +59,9 @@ fn model(problem: &Problem<'_>, fit: Option<&Fit>) -> Option<Model> {
 /// prediction of this length fits into that part.
 pub(crate) fn errors(problem: &Problem<'_>, fit: &Fit, horizon_s: f64) -> Option<PerChannel> {
     let (record, model) = (problem.record, model(problem, Some(fit))?);
-    let predicted = all_windows(record, horizon_s).into_par_iter().map(|[_, run_in, start, end]| {
-        (start..end, predict(record, &model, &Commands { record, until: run_in }, run_in, start, end))
-    });
+    let predicted = all_windows(record, horizon_s)
+        .into_par_iter()
+        .map(|[_, run_in, start, end]| (start..end, restarted(record, &model, run_in, start..end)));
     let mut errors = Errors::default();
     for (range, predicted) in predicted.collect::<Vec<_>>() {
         for &at in record.rows_in(range.clone()) {
@@ -72,7 +74,8 @@ pub(crate) fn errors(problem: &Problem<'_>, fit: &Fit, horizon_s: f64) -> Option
 impl<'a> Predictions<'a> {
     /// Of a fit; `None` if the log does not hold what a full prediction needs.
     pub(crate) fn of(problem: &Problem<'a>, fit: &Fit) -> Option<Self> {
-        Some(Self { record: problem.record, model: model(problem, Some(fit))?, nearest: OnceCell::new() })
+        let model = model(problem, Some(fit))?;
+        Some(Self { record: problem.record, model, nearest: OnceCell::new(), stated: OnceCell::new() })
     }
 
     /// Errors beside those of a baseline, another fit or the rig file as it stands, and of a perfect model; `None` if no prediction of
@@ -83,21 +86,25 @@ impl<'a> Predictions<'a> {
         baseline: Option<&Fit>,
         horizon_s: f64,
     ) -> Option<(Gain, Overlay)> {
-        let (record, baseline) = (self.record, model(problem, baseline)?);
-        if rows_within(record, horizon_s) < 2 {
+        let (record, most) = (self.record, rows_within(self.record, horizon_s));
+        if most < 2 {
             return None;
         }
+        let other = baseline.and_then(|fit| model(problem, Some(fit)));
+        let baseline = match baseline {
+            Some(_) => other.as_ref()?,
+            None => self.stated.get_or_init(|| model(problem, None)).as_ref()?,
+        };
         let windows = if horizon_s > HORIZON_S {
             &self.over(horizon_s)
         } else {
             self.nearest.get_or_init(|| self.over(HORIZON_S))
         };
-        let most = rows_within(record, horizon_s);
         let beside = |window: &Window| {
             let Window { start, run_in, .. } = *window;
             let rows = record.rows_in(start..start + window.predicted.len());
             let end = rows.iter().take(most).next_back().map_or(start, |last| last + 1);
-            (start..end, predict(record, &baseline, &Commands { record, until: run_in }, run_in, start, end))
+            (start..end, restarted(record, baseline, run_in, start..end))
         };
         let beside: Vec<_> = windows.par_iter().map(beside).collect();
         let mut nominal = Errors::default();
@@ -153,7 +160,7 @@ impl Window {
     /// `deviates`: as many standard normal ones as all draws need.
     fn of(record: &Record, model: &Model, [from, run_in, start, end]: [usize; 4], deviates: &[f64]) -> Self {
         let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
-        let predicted = predict(record, model, &history, run_in, start, end);
+        let predicted = restarted(record, model, run_in, start..end);
         let alike = model.part(from..end);
         // The noise floor: the model plays the rig. Its predictions of itself still err by the sensors' noise, and by what noise and
         // smoothing leave unknown about the initial state. Where the piston sticks, chance decides much of that.
@@ -322,6 +329,11 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
             model.supply_pa[k]
         },
     }
+}
+
+/// [`predict`] over some samples of a recording, behind its own commands.
+fn restarted(record: &Record, model: &Model, run_in: usize, samples: Range<usize>) -> Vec<[f64; 3]> {
+    predict(record, model, &Commands { record, until: run_in }, run_in, samples.start, samples.end)
 }
 
 /// Predicts position and pressures, sample by sample from `start` on. The state there is the model's own, run in from `run_in`,
