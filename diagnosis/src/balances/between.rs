@@ -16,21 +16,26 @@ use plant_model::{Plant, Side};
 const JITTERING: usize = 8;
 /// How often the median change a change is jitter at most: of normal jitter 95 of 100 are.
 const MOST_JITTER: f64 = 3.0;
+/// How far the outermost of all commands is beyond the outermost of those logged, of the usual jump. Of normal commands, 30 of them logged:
+/// 0.2 for twice as many, 0.35 for five times, 0.45 for ten times (root mean squares).
+const BEYOND: f64 = 0.3;
 
-/// How far the command's unknown jumps between rows make its mean, and the pressures behind it, uncertain.
+/// How far the command's unknown jumps between rows make the mean place of the spool, and the pressures behind it, uncertain.
 ///
 /// A jump comes once, at a time that is equally likely anywhere between two rows. `share` is the part of jitter that counts: less than
-/// one, as what several commands differ by averages out.
+/// one, as what several commands differ by averages out. Behind play a spool follows no jitter, but rests where the outermost command
+/// has left it, which may be none of those logged: that error is the same for as long as it rests.
 pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let n = record.len();
     // The commands as logged; those of the grid are means.
     let u = &record.u_rows_v;
     let unknown = |signal: &[f64]| unknown(&jumps(signal), share);
     let volts = unknown(u);
-    let (a, b): (Vec<f64>, Vec<f64>) =
-        u.iter().map(|u| <(f64, f64)>::from(opening::signed_openings(plant, *u))).unzip();
-    let openings = [a, b];
+    let spool_v = behind_play(u, plant);
+    let signed = |spool_v: f64| opening::signed_openings(plant, spool_v);
+    let openings = [Side::A, Side::B].map(|side| spool_v.iter().map(|v| signed(*v)[side as usize]).collect::<Vec<_>>());
     let radians = openings.each_ref().map(|openings| unknown(openings));
+    let rests = rests(record, &spool_v);
     // Of the mean, as the jump's time is equally likely anywhere between two rows.
     let spread = 1.0 / 12.0_f64.sqrt();
     record.command_doubt_v = vec![0.0; n];
@@ -41,22 +46,69 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let mut behind = [0.0_f64; 2];
     for (row, k) in record.rows.clone().into_iter().enumerate() {
         record.command_doubt_v[k] = spread * volts[row];
+        let dt_s = record.to_next_row_s(k);
         // A lagging spool takes up a part of an unknown jump at once, and what is left of it in the intervals behind: its errors there
         // have one sign, so that their variances add up to the jump's, as without a lag.
-        let rest = if lag_s > 0.0 { (-record.to_next_row_s(k) / lag_s).exp() } else { 0.0 };
-        for (place, side) in [Side::A, Side::B].into_iter().enumerate() {
+        let rest = if lag_s > 0.0 { (-dt_s / lag_s).exp() } else { 0.0 };
+        for side in [Side::A, Side::B] {
+            let place = side as usize;
             behind[place] = ((1.0 - rest) * radians[place][row].powi(2) + rest * behind[place].powi(2)).sqrt();
-            let unit = if openings[place][row] >= 0.0 { 1.0 } else { -1.0 };
+            let here = openings[place][row];
+            let (furthest, since_s) = rests[row].as_ref().map_or((here, 0.0), |rest| {
+                let [one, other] = [-rest.beyond_v, rest.beyond_v].map(|by_v| signed(spool_v[row] + by_v)[place]);
+                (if (one - here).abs() > (other - here).abs() { one } else { other }, rest.since_s)
+            });
+            let unit = if here + furthest >= 0.0 { 1.0 } else { -1.0 };
             let Some(rate) = pa_per_s(record, plant, (side, k), unit) else { continue };
-            let doubt = rate.abs() * spread * behind[place] * record.to_next_row_s(k);
+            let (jumping, resting) = (spread * behind[place], furthest - here);
+            // A sum of equal errors grows with their number, and its variance by more in each row.
+            let doubt = rate.abs() * (jumping * dt_s).hypot(resting * (dt_s * (dt_s + 2.0 * since_s)).sqrt());
             let doubts = if side == Side::A { &mut record.doubt_a_pa } else { &mut record.doubt_b_pa };
             doubts[k] = doubt;
             let fills = (unit >= 0.0) == (side == Side::A);
             if let Some(flow) = kg_per_s(record, plant, (side, k), unit).filter(|_| fills) {
-                record.doubt_drawn_kg_per_s[k] = flow * spread * behind[place];
+                record.doubt_drawn_kg_per_s[k] = flow * jumping.hypot(resting);
             }
         }
     }
+}
+
+/// Where the logged commands leave a spool behind its play, V: the command itself where there is none.
+fn behind_play(u: &[f64], plant: &Plant<f64>) -> Vec<f64> {
+    let hysteresis = plant.added().valve_hysteresis;
+    let follow = |spool: &mut f64, u: &f64| {
+        *spool = hysteresis.play(*spool, *u);
+        Some(*spool)
+    };
+    u.iter().scan(0.0, follow).collect()
+}
+
+/// A spool that rests behind its play from one row to the next.
+struct Rest {
+    /// How far a command between rows may have left it from where it is by those logged: standard deviation, V.
+    beyond_v: f64,
+    /// How long it has rested there, s; at most as long as a chamber's prediction remembers.
+    since_s: f64,
+}
+
+/// Where a spool rests behind its play: for each row, until the next.
+fn rests(record: &Record, spool_v: &[f64]) -> Vec<Option<Rest>> {
+    let jumps = jumps(&record.u_rows_v);
+    let mut beyond_v = 0.0;
+    // Since when it rests; `None` while it moves.
+    let mut from_s: Option<f64> = None;
+    let of = |(row, k): (usize, &usize)| {
+        if spool_v.get(row + 1) != Some(&spool_v[row]) {
+            from_s = None;
+            return None;
+        }
+        let from_s = *from_s.get_or_insert_with(|| {
+            beyond_v = BEYOND * usual(&jumps, row);
+            record.t_s[*k]
+        });
+        Some(Rest { beyond_v, since_s: (record.t_s[*k] - from_s).min(constants::chamber_memory_s()) })
+    };
+    record.rows.iter().enumerate().map(of).collect()
 }
 
 /// How far the curve of a valve's opening between the points of a table makes the pressures uncertain, in addition to what does so
@@ -177,11 +229,16 @@ fn jumps(signal: &[f64]) -> Vec<f64> {
 /// How much of each change is unknown: all of what stands out from the jitter nearby, and of jitter a share.
 fn unknown(jumps: &[f64], share: f64) -> Vec<f64> {
     let of = |k: usize| {
-        let mut near = jumps[k.saturating_sub(JITTERING)..(k + JITTERING + 1).min(jumps.len())].to_vec();
-        let jitter = jumps[k].min(MOST_JITTER * median(&mut near).unwrap_or(0.0));
+        let jitter = jumps[k].min(MOST_JITTER * usual(jumps, k));
         jumps[k] - (1.0 - share) * jitter
     };
     (0..jumps.len()).map(of).collect()
+}
+
+/// The median of what a signal does near one of its rows.
+fn usual(changes: &[f64], row: usize) -> f64 {
+    let near = row.saturating_sub(JITTERING)..(row + JITTERING + 1).min(changes.len());
+    median(&mut changes[near].to_vec()).unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -190,6 +247,10 @@ mod tests {
     use crate::balances::simulated::{every_other, simulated};
     use crate::data::grid::{Between, refined};
     use crate::data::prepare::prepare;
+    use plant_model::{Effect, Effects};
+    use rand::SeedableRng;
+    use rand::distr::{Distribution, StandardUniform};
+    use rand::rngs::Xoshiro256PlusPlus;
     use rig_files::RigFile;
 
     #[test]
@@ -234,6 +295,44 @@ mod tests {
         let all = |doubts: &[f64]| doubts.iter().map(|doubt| doubt * doubt).sum::<f64>();
         assert!(most(&lagging) < 0.75 * most(&at_once), "{} {}", most(&lagging), most(&at_once));
         assert!((all(&lagging) / all(&at_once) - 1.0).abs() < 0.01, "{} {}", all(&lagging), all(&at_once));
+    }
+
+    #[test]
+    fn a_spool_rests_behind_its_play_as_far_from_where_logged_commands_leave_it_as_is_doubted() {
+        let file = RigFile::paper_c();
+        let hidden = Effects::none().with(Effect::ValveHysteresis, &[0.02]);
+        let plant = Plant::new(&file.rig, &hidden).expect("a sound rig");
+        // Jitter that is nearly normal.
+        let mut draws = Xoshiro256PlusPlus::seed_from_u64(3);
+        let mut sum_of_four = || {
+            (0..4)
+                .map(|_| {
+                    let x: f64 = StandardUniform.sample(&mut draws);
+                    x - 0.5
+                })
+                .sum::<f64>()
+        };
+        let jitter: Vec<f64> = (0..40_001).map(|_| 5.0e-3 * sum_of_four()).collect();
+        let command = |t_s: f64| 0.3 * (8.0 * t_s).sin() + jitter[(t_s * 1.0e3).round() as usize];
+        let fine = simulated(&file, &file.effects, 40_001, command);
+        let record = refined(prepare(&every_other(&fine), &file), Between::Held);
+        let commands = fine.u_v.as_ref().expect("simulated");
+        let (truth, told) = (behind_play(commands, &plant), behind_play(&record.u_rows_v, &plant));
+        let (mut error, mut doubt, mut count) = (0.0, 0.0, 0);
+        for (row, rest) in rests(&record, &told).iter().enumerate() {
+            let Some(rest) = rest else { continue };
+            error += (told[row] - truth[2 * row]).powi(2);
+            doubt += rest.beyond_v.powi(2);
+            count += 1;
+        }
+        assert!(count > 4_000, "{count}");
+        let ratio = (doubt / error).sqrt();
+        assert!((0.7..2.0).contains(&ratio), "{ratio}");
+        // A step that is over leaves nothing to doubt.
+        let step: Vec<f64> = (0..record.rows.len()).map(|row| if row < 20 { 0.0 } else { 1.0 }).collect();
+        let stepped = behind_play(&step, &plant);
+        let record = Record { u_rows_v: step, ..record };
+        assert!(rests(&record, &stepped).iter().flatten().all(|rest| rest.beyond_v == 0.0));
     }
 
     #[test]

@@ -95,10 +95,11 @@ impl Rows<'_> {
         if hypothesis.effects.par_iter().any(enough) {
             return held;
         }
-        let read = |moved: Moved, from: &Hypothesis, plant: &Plant<f64>| {
+        let read_by = |part: Part, moved: Moved, from: &Hypothesis, plant: &Plant<f64>| {
             let record = self.read(Some(moved), plant);
             Some(Reading { told: self.told(&record, from, part)?, record, moved })
         };
+        let read = |moved: Moved, from: &Hypothesis, plant: &Plant<f64>| read_by(part, moved, from, plant);
         let on_the_line = PER_ROW.into_par_iter().filter_map(|per_row| {
             let faster = FasterLoop { per_row, missing: Missing::OnTheLine };
             read(Moved { faster, share: SHARES[0] }, hypothesis, &plant)
@@ -128,8 +129,15 @@ impl Rows<'_> {
         }
         // How uncertain a jump makes the pressures depends on where the valve begins to open: by the values as fitted, as long as
         // the rows become likelier by that.
+        // What is not known of a spool that rests behind its play lasts, but a part of the log may lack the places where that tells.
+        let mut part = part;
+        if plant.added().valve_hysteresis.half_width_v > 0.0
+            && let Some(all) = self.told(&best.record, &best.told.fitted, Part::All)
+        {
+            (best.told, part) = (all, Part::All);
+        }
         while let Some(plant) = best.told.fitted.plant(self.rig, &best.told.fitted.values) {
-            match read(best.moved, &best.told.fitted, &plant) {
+            match read_by(part, best.moved, &best.told.fitted, &plant) {
                 Some(again) if again.told.cost < best.told.cost - constants::likelier() => best = again,
                 _ => break,
             }
