@@ -127,15 +127,14 @@ impl Rows<'_> {
                 _ => break,
             }
         }
-        // How uncertain a jump makes the pressures depends on where the valve begins to open: by the values as fitted, as long as
-        // the rows become likelier by that.
         // What is not known of a spool that rests behind its play lasts, but a part of the log may lack the places where that tells.
-        let mut part = part;
         if plant.added().valve_hysteresis.half_width_v > 0.0
             && let Some(all) = self.told(&best.record, &best.told.fitted, Part::All)
         {
             (best.told, part) = (all, Part::All);
         }
+        // How uncertain a jump makes the pressures depends on where the valve begins to open: by the values as fitted, as long as
+        // the rows become likelier by that.
         while let Some(plant) = best.told.fitted.plant(self.rig, &best.told.fitted.values) {
             match read_by(part, best.moved, &best.told.fitted, &plant) {
                 Some(again) if again.told.cost < best.told.cost - constants::likelier() => best = again,
