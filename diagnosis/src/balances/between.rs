@@ -112,15 +112,17 @@ fn rests(record: &Record, spool_v: &[f64]) -> Vec<Option<Rest>> {
 }
 
 /// How far the curve of a valve's opening between the points of a table makes the pressures uncertain, in addition to what does so
-/// already. The same error lasts while the spool is between two points, and adds up meanwhile.
-pub(crate) fn doubt_the_curve(record: &mut Record, plant: &Plant<f64>) {
+/// already. The same error lasts while the spool is between two points, and adds up meanwhile. `share` is the part of
+/// [`constants::between_points`] that counts.
+pub(crate) fn doubt_the_curve(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let Some(bends) = opening::bends(record, plant).filter(|_| record.available.command) else { return };
+    record.curve_doubt = share;
     for side in [Side::A, Side::B] {
         let doubt = |k: usize| {
             let bend = bends.of(side)[k];
             let rate = pa_per_s(record, plant, (side, k), if bend >= 0.0 { 1.0 } else { -1.0 }).unwrap_or(0.0);
             let interval_s = record.interval_s(k);
-            let by_curve = constants::between_points() * rate * bend.abs();
+            let by_curve = share * constants::between_points() * rate * bend.abs();
             let by_command = record.chamber(side).doubt_pa.get(k).copied().unwrap_or(0.0);
             by_command.hypot(by_curve * (interval_s * interval_s.max(constants::from_point_to_point_s())).sqrt())
         };

@@ -44,6 +44,8 @@ pub(crate) struct Record {
     pub(crate) doubt_b_pa: Vec<f64>,
     /// The same for the mass flow drawn from the supply, kg/s.
     pub(crate) doubt_drawn_kg_per_s: Vec<f64>,
+    /// How much of what the curve between the points of a table may differ by is part of the doubts: 0 to 1.
+    pub(crate) curve_doubt: f64,
     pub(crate) t_s: Vec<f64>,
     /// The mean command from each entry to the next, V.
     pub(crate) u_v: Vec<f64>,

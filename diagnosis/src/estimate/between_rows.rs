@@ -1,6 +1,7 @@
 //! Whether the log's command was held between rows, or moved on: by likelihood.
 
 use super::effort::Effort;
+use super::likelihood::loss;
 use super::problem::{Fit, Problem};
 use crate::balances::between;
 use crate::balances::shared::Signals;
@@ -22,6 +23,8 @@ const NEAR: [usize; 5] = [1, 2, 4, 8, 16];
 /// How much of a command's jumps may be uncertain: half of the variance, a quarter, and so on. Of `m` commands that jitter a mean has a
 /// variance `m` times smaller than one command.
 const SHARES: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
+/// How much of what the curve between the points of a table may differ by counts: all, half of it, and so on, or nothing.
+const CURVE_SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 /// By how much of a row a staircase comes after the line through the rows at most.
 pub(super) const LATEST: f64 = 0.5 / PER_ROW[0];
 
@@ -53,6 +56,9 @@ struct Moved {
 struct Told {
     /// Of the chambers' pressures, after a fit to them.
     cost: f64,
+    /// The same row by row. A prediction that follows its measurement more closely than it need errs from row to row with alternating
+    /// sign: averages of neighbours do not show it.
+    by_rows: f64,
     /// What noise alone would cost.
     noise: f64,
     fitted: Hypothesis,
@@ -61,8 +67,17 @@ struct Told {
 /// Rows as read with a command that moved.
 struct Reading {
     moved: Moved,
+    /// The plant by which it is uncertain.
+    plant: Plant<f64>,
     record: Record,
     told: Told,
+}
+
+/// Rows as read by a plant, with a command that moved or was held.
+struct Read {
+    moved: Option<Moved>,
+    plant: Plant<f64>,
+    record: Record,
 }
 
 impl Rows<'_> {
@@ -71,38 +86,44 @@ impl Rows<'_> {
     ///
     /// A cause may have come in to undo a wrong reading of the rows, as a delay of half a row does. So the command also counts as
     /// held if then one of the causes is not needed: without it no more than noise is left.
+    ///
+    /// How much the curve between the points of a table is doubted is judged behind that, with the command so read.
     pub(crate) fn likelier(&self, hypothesis: &Hypothesis) -> Record {
         let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else {
             return grid::refined(self.rows.clone(), Between::Held);
         };
-        let held = self.read(None, &plant);
+        let held = self.read_held(plant);
         if self.air() == 0 {
-            return held;
+            return held.record;
         }
-        let Some(mut if_held) = self.told(&held, hypothesis, Part::Subset) else { return held };
+        self.with_likelier_curve(self.with_likelier_command(held, hypothesis), hypothesis)
+    }
+
+    fn with_likelier_command(&self, held: Read, hypothesis: &Hypothesis) -> Read {
+        let Some(mut if_held) = self.told(&held.record, hypothesis, Part::Subset) else { return held };
         let mut part = Part::Subset;
         // What is like noise needs no other reading. A part may lack the commands that tell readings apart.
         if if_held.cost < if_held.noise {
-            match self.told(&held, &if_held.fitted, Part::All).filter(|all| all.cost > all.noise) {
+            match self.told(&held.record, &if_held.fitted, Part::All).filter(|all| all.cost > all.noise) {
                 Some(all) => (if_held, part) = (all, Part::All),
                 None => return held,
             }
         }
         let enough = |effect: &Effect| {
-            self.told(&held, &hypothesis.without(*effect, self.nominal), part)
+            self.told(&held.record, &hypothesis.without(*effect, self.nominal), part)
                 .is_some_and(|rest| rest.cost < rest.noise)
         };
         if hypothesis.effects.par_iter().any(enough) {
             return held;
         }
         let read_by = |part: Part, moved: Moved, from: &Hypothesis, plant: &Plant<f64>| {
-            let record = self.read(Some(moved), plant);
-            Some(Reading { told: self.told(&record, from, part)?, record, moved })
+            let record = self.read(Some(moved), plant, CURVE_SHARES[0]);
+            Some(Reading { told: self.told(&record, from, part)?, record, moved, plant: *plant })
         };
         let read = |moved: Moved, from: &Hypothesis, plant: &Plant<f64>| read_by(part, moved, from, plant);
         let on_the_line = PER_ROW.into_par_iter().filter_map(|per_row| {
             let faster = FasterLoop { per_row, missing: Missing::OnTheLine };
-            read(Moved { faster, share: SHARES[0] }, hypothesis, &plant)
+            read(Moved { faster, share: SHARES[0] }, hypothesis, &held.plant)
         });
         let Some(mut best) = on_the_line.min_by(|a, b| a.told.cost.total_cmp(&b.told.cost)) else { return held };
         // Jitter, where no gap is left that a smoother command could hide: from ever more rows, and of jumps ever less, as long as
@@ -111,7 +132,7 @@ impl Rows<'_> {
         let mut last = f64::INFINITY;
         for near in NEAR.into_iter().filter(|_| near_noise) {
             let faster = FasterLoop { missing: Missing::LikeRows(near), ..best.moved.faster };
-            let Some(next) = read(Moved { faster, ..best.moved }, hypothesis, &plant) else { break };
+            let Some(next) = read(Moved { faster, ..best.moved }, hypothesis, &held.plant) else { break };
             if next.told.cost > last {
                 break;
             }
@@ -122,13 +143,13 @@ impl Rows<'_> {
             return held;
         }
         for share in SHARES[1..].iter().filter(|_| near_noise) {
-            match read(Moved { share: *share, ..best.moved }, &best.told.fitted, &plant) {
+            match read(Moved { share: *share, ..best.moved }, &best.told.fitted, &held.plant) {
                 Some(less) if less.told.cost < best.told.cost => best = less,
                 _ => break,
             }
         }
         // What is not known of a spool that rests behind its play lasts, but a part of the log may lack the places where that tells.
-        if plant.added().valve_hysteresis.half_width_v > 0.0
+        if held.plant.added().valve_hysteresis.half_width_v > 0.0
             && let Some(all) = self.told(&best.record, &best.told.fitted, Part::All)
         {
             (best.told, part) = (all, Part::All);
@@ -141,7 +162,24 @@ impl Rows<'_> {
                 _ => break,
             }
         }
-        best.record
+        Read { moved: Some(best.moved), plant: best.plant, record: best.record }
+    }
+
+    /// The same with the curve doubted less, as long as the chambers' pressures are likelier by that: where it runs as stated, what doubt
+    /// takes for noise would hide small causes.
+    fn with_likelier_curve(&self, read: Read, hypothesis: &Hypothesis) -> Record {
+        let Read { moved, plant, mut record } = read;
+        let told = |record: &Record, from: &Hypothesis| self.told(record, from, Part::Subset);
+        let fitted = if record.curve_doubt > 0.0 { told(&record, hypothesis) } else { None };
+        let Some(mut best) = fitted.and_then(|first| told(&record, &first.fitted)) else { return record };
+        for share in &CURVE_SHARES[1..] {
+            let less = self.read(moved, &plant, *share);
+            match told(&less, &best.fitted) {
+                Some(told) if told.by_rows < best.by_rows => (record, best) = (less, told),
+                _ => break,
+            }
+        }
+        record
     }
 
     /// Another reading of the rows than a record's, where that is plainly likelier with what was found.
@@ -150,8 +188,8 @@ impl Rows<'_> {
         if again.command_moved() != record.command_moved() {
             return Some(again);
         }
-        // A command that was held is read in one way.
-        if !again.command_moved() {
+        // A command that was held is read in one way, but for the curve.
+        if !again.command_moved() && again.curve_doubt == record.curve_doubt {
             return None;
         }
         let [before, now] = [record, &again].map(|record| self.told(record, found, Part::Subset));
@@ -161,7 +199,12 @@ impl Rows<'_> {
 
     /// The record of the rows with the command held between them; `None` if the hypothesis cannot be simulated.
     pub(crate) fn held(&self, hypothesis: &Hypothesis) -> Option<Record> {
-        Some(self.read(None, &hypothesis.plant(self.rig, &hypothesis.values)?))
+        let held = self.read_held(hypothesis.plant(self.rig, &hypothesis.values)?);
+        Some(self.with_likelier_curve(held, hypothesis))
+    }
+
+    fn read_held(&self, plant: Plant<f64>) -> Read {
+        Read { moved: None, record: self.read(None, &plant, CURVE_SHARES[0]), plant }
     }
 
     /// Whether one reading of the rows with its causes is likelier than another with its own, each cause at its penalty.
@@ -183,8 +226,8 @@ impl Rows<'_> {
         self.judgeable & (Channel::PressureA.bit() | Channel::PressureB.bit())
     }
 
-    /// The record with a command that moved between rows, or was held.
-    fn read(&self, moved: Option<Moved>, plant: &Plant<f64>) -> Record {
+    /// The record with a command that moved between rows, or was held, and a share of the doubt of the curve.
+    fn read(&self, moved: Option<Moved>, plant: &Plant<f64>, curve: f64) -> Record {
         let command = moved.map_or(Between::Held, |moved| Between::Moved(moved.faster));
         let mut record = grid::refined(self.rows.clone(), command);
         between::follow_the_flow(&mut record, plant);
@@ -192,9 +235,9 @@ impl Rows<'_> {
             between::doubts(&mut record, plant, share);
         }
         // Where the rig file says how the curve runs between its points, it does.
-        let curve = Some(Place::opening_smoothness.key().path);
-        if self.nominal.iter().any(|p| p.slot.stated_key() == curve) {
-            between::doubt_the_curve(&mut record, plant);
+        let smoothness = Some(Place::opening_smoothness.key().path);
+        if curve > 0.0 && self.nominal.iter().any(|p| p.slot.stated_key() == smoothness) {
+            between::doubt_the_curve(&mut record, plant, curve);
         }
         record
     }
@@ -204,8 +247,11 @@ impl Rows<'_> {
         let problem = Problem::new((self.rig, record), air, self.nominal, (&signals, &effort));
         let subset = if part == Part::Subset { problem.subset().0 } else { problem };
         let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
-        let widths = subset.innovations(&fit)?.log_widths / record.averaged() as f64;
-        Some(Told { cost: fit.undispersed() + widths, noise: subset.noise_cost(air), fitted: fit.hypothesis })
+        let innovations = subset.innovations(&fit)?;
+        let rows = innovations.channels.iter().flatten().filter(|error| !error.is_nan());
+        let by_rows = rows.map(|error| loss(*error)).sum::<f64>() + innovations.log_widths + fit.prior_cost;
+        let cost = fit.undispersed() + innovations.log_widths / record.averaged() as f64;
+        Some(Told { cost, by_rows, noise: subset.noise_cost(air), fitted: fit.hypothesis })
     }
 }
 
@@ -242,7 +288,7 @@ mod tests {
         let plant = Plant::new(&file.rig, &file.effects).expect("a sound rig");
         let null = Hypothesis::null(&nominal);
         let on_the_line = FasterLoop { per_row: 2.0, missing: Missing::OnTheLine };
-        let line = between.read(Some(Moved { faster: on_the_line, share: 1.0 }), &plant);
+        let line = between.read(Some(Moved { faster: on_the_line, share: 1.0 }), &plant, 1.0);
         // How far the volumes are from the true ones after a fit.
         let off = |record: &Record| {
             let (signals, effort) = (Signals::default(), Effort::default());
@@ -261,21 +307,40 @@ mod tests {
         assert!(as_read < 0.0625 && on_the_line > 0.1, "{as_read} {on_the_line}");
     }
 
-    #[test]
-    fn another_curve_between_the_points_of_a_table_than_lines_or_the_cubic_is_like_noise_unless_the_curve_is_stated() {
+    /// A rig file with a table of the opening, and a log of a valve with the same curve, or with one that waves between its points.
+    fn with_a_table(waves: bool) -> (RigFile, rig_files::Log) {
         let mut file = RigFile::paper_c();
         file.tolerance.default = 0.02;
-        // Every third point of a curve that waves between them.
+        // The table has every third point of the waving curve.
         let opening = |u: f64| (0.5 * PI * u / 5.0).sin().powi(2).copysign(u) + 0.006 * (PI * u).sin();
         let points: Vec<[f64; 2]> = (-15..=15).map(|k| f64::from(k) / 3.0).map(|u| [u, opening(u)]).collect();
         let every_third: Vec<[f64; 2]> = points.iter().copied().step_by(3).collect();
         let at = |points: &[[f64; 2]]| OpeningTable::new(points).expect("a table");
         (file.rig.valve.dead_zone_left_v, file.rig.valve.dead_zone_right_v) = (0.0, 0.0);
-        file.rig.opening = at(&points);
+        file.rig.opening = at(if waves { &points } else { &every_third });
         let command = |t_s: f64| 1.5 * (3.0 * t_s).sin() + 0.7 * (17.0 * t_s).sin();
         let mut log = simulated(&file, &plant_model::Effects::none(), 8_001, command);
         add_noise(&mut log, 5.0e-6, 300.0);
         file.rig.opening = at(&every_third);
+        (file, log)
+    }
+
+    #[test]
+    fn where_the_curve_of_a_table_runs_as_stated_it_is_doubted_less() {
+        let [doubt, doubt_of_waves] = [false, true].map(|waves| {
+            let (file, log) = with_a_table(waves);
+            let rows = prepare(&log, &file);
+            let judgeable = judgeable(&rows);
+            let nominal = nominal_parameters(&file, judgeable, false, &rows.u_v);
+            let between = Rows { rig: &file, rows: &rows, judgeable, nominal: &nominal };
+            between.likelier(&Hypothesis::null(&nominal)).curve_doubt
+        });
+        assert!(doubt < doubt_of_waves && doubt == CURVE_SHARES[2], "{doubt} {doubt_of_waves}");
+    }
+
+    #[test]
+    fn another_curve_between_the_points_of_a_table_than_lines_or_the_cubic_is_like_noise_unless_the_curve_is_stated() {
+        let (file, log) = with_a_table(true);
         let rows = prepare(&log, &file);
         let judgeable = judgeable(&rows);
         let misfits = [false, true].map(|is_stated| {
