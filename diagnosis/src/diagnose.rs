@@ -78,7 +78,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         {
             asked.nominal_noise = true;
             // A mistake of the mapping does not depend on how rows are read.
-            if asked.readings == 0 {
+            if begin.is_none() {
                 let gauge = || gauges::chambers_as_gauge(rig, log, (judgeable, &corrected), &fit.hypothesis);
                 let shifted = || clocks::late_or_early(rig, log, (judgeable, &corrected), &fit.hypothesis);
                 if let Some(found) = gauge().or_else(shifted) {
@@ -133,6 +133,8 @@ struct Asked {
     readings: usize,
     /// The causes by which they were last asked for.
     read_by: Vec<Effect>,
+    /// Whether the curve between the points of a table may be doubted less.
+    curve: bool,
 }
 
 /// The rows read another way, or as before with less noise.
@@ -158,18 +160,23 @@ impl Asked {
     }
 
     /// What causes explain may have looked like a command that moved between rows, or the other way round, or by more than it did; or
-    /// like noise.
+    /// like noise. And without causes, too, the curve of a table may be doubted less than at first.
     fn again(&mut self, rows: &Rows<'_>, reading: &Record, problem: &Problem<'_>, fit: &Fit) -> Option<Again> {
         let causes = &fit.hypothesis;
-        if causes.effects.is_empty() {
-            return None;
-        }
-        if self.readings < MOST_READINGS && causes.effects != self.read_by {
+        let is_new = !causes.effects.is_empty() && causes.effects != self.read_by;
+        let by_causes = is_new && self.readings < MOST_READINGS;
+        let by_curve = !self.curve && reading.curve_doubt > 0.0;
+        if by_causes || by_curve {
+            self.curve = true;
             self.read_by.clone_from(&causes.effects);
             if let Some(again) = rows.other_than(reading, causes) {
-                self.read(1);
+                let by_curve_alone = by_curve && !again.command_moved() && !reading.command_moved();
+                self.read(usize::from(!by_curve_alone));
                 return Some(Again::Reading(again));
             }
+        }
+        if causes.effects.is_empty() {
+            return None;
         }
         if self.noise {
             return None;

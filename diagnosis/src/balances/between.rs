@@ -35,7 +35,7 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let signed = |spool_v: f64| opening::signed_openings(plant, spool_v);
     let openings = [Side::A, Side::B].map(|side| spool_v.iter().map(|v| signed(*v)[side as usize]).collect::<Vec<_>>());
     let radians = openings.each_ref().map(|openings| unknown(openings));
-    let rests = rests(record, &spool_v);
+    let rests = rests(record, plant, &spool_v);
     // Of the mean, as the jump's time is equally likely anywhere between two rows.
     let spread = 1.0 / 12.0_f64.sqrt();
     record.command_doubt_v = vec![0.0; n];
@@ -91,14 +91,15 @@ struct Rest {
     since_s: f64,
 }
 
-/// Where a spool rests behind its play: for each row, until the next.
-fn rests(record: &Record, spool_v: &[f64]) -> Vec<Option<Rest>> {
+/// Where a spool rests behind its play: for each row, until the next. Without play a command that is the same in two rows was so between.
+fn rests(record: &Record, plant: &Plant<f64>, spool_v: &[f64]) -> Vec<Option<Rest>> {
+    let has_play = plant.added().valve_hysteresis.half_width_v > 0.0;
     let jumps = jumps(&record.u_rows_v);
     let mut beyond_v = 0.0;
     // Since when it rests; `None` while it moves.
     let mut from_s: Option<f64> = None;
     let of = |(row, k): (usize, &usize)| {
-        if spool_v.get(row + 1) != Some(&spool_v[row]) {
+        if !has_play || spool_v.get(row + 1) != Some(&spool_v[row]) {
             from_s = None;
             return None;
         }
@@ -321,7 +322,7 @@ mod tests {
         let commands = fine.u_v.as_ref().expect("simulated");
         let (truth, told) = (behind_play(commands, &plant), behind_play(&record.u_rows_v, &plant));
         let (mut error, mut doubt, mut count) = (0.0, 0.0, 0);
-        for (row, rest) in rests(&record, &told).iter().enumerate() {
+        for (row, rest) in rests(&record, &plant, &told).iter().enumerate() {
             let Some(rest) = rest else { continue };
             error += (told[row] - truth[2 * row]).powi(2);
             doubt += rest.beyond_v.powi(2);
@@ -334,7 +335,12 @@ mod tests {
         let step: Vec<f64> = (0..record.rows.len()).map(|row| if row < 20 { 0.0 } else { 1.0 }).collect();
         let stepped = behind_play(&step, &plant);
         let record = Record { u_rows_v: step, ..record };
-        assert!(rests(&record, &stepped).iter().flatten().all(|rest| rest.beyond_v == 0.0));
+        assert!(rests(&record, &plant, &stepped).iter().flatten().all(|rest| rest.beyond_v == 0.0));
+        // Nor does a command that is the same in two rows, where there is no play.
+        let held = record.u_rows_v.iter().enumerate().map(|(row, _)| if row % 4 < 2 { 0.0 } else { 0.1 }).collect();
+        let (record, none) =
+            (Record { u_rows_v: held, ..record }, Plant::new(&file.rig, &file.effects).expect("a sound rig"));
+        assert!(rests(&record, &none, &behind_play(&record.u_rows_v, &none)).iter().all(Option::is_none));
     }
 
     #[test]

@@ -86,27 +86,25 @@ impl Rows<'_> {
     ///
     /// A cause may have come in to undo a wrong reading of the rows, as a delay of half a row does. So the command also counts as
     /// held if then one of the causes is not needed: without it no more than noise is left.
-    ///
-    /// How much the curve between the points of a table is doubted is judged behind that, with the command so read.
     pub(crate) fn likelier(&self, hypothesis: &Hypothesis) -> Record {
-        let Some(plant) = hypothesis.plant(self.rig, &hypothesis.values) else {
-            return grid::refined(self.rows.clone(), Between::Held);
-        };
-        let held = self.read_held(plant);
-        if self.air() == 0 {
-            return held.record;
-        }
-        self.with_likelier_curve(self.with_likelier_command(held, hypothesis), hypothesis)
+        self.with_likelier_command(hypothesis)
+            .map_or_else(|| grid::refined(self.rows.clone(), Between::Held), |read| read.record)
     }
 
-    fn with_likelier_command(&self, held: Read, hypothesis: &Hypothesis) -> Read {
-        let Some(mut if_held) = self.told(&held.record, hypothesis, Part::Subset) else { return held };
+    /// `None` if the hypothesis cannot be simulated.
+    fn with_likelier_command(&self, hypothesis: &Hypothesis) -> Option<Read> {
+        let plant = hypothesis.plant(self.rig, &hypothesis.values)?;
+        let held = Read { moved: None, record: self.read(None, &plant, CURVE_SHARES[0]), plant };
+        if self.air() == 0 {
+            return Some(held);
+        }
+        let Some(mut if_held) = self.told(&held.record, hypothesis, Part::Subset) else { return Some(held) };
         let mut part = Part::Subset;
         // What is like noise needs no other reading. A part may lack the commands that tell readings apart.
         if if_held.cost < if_held.noise {
             match self.told(&held.record, &if_held.fitted, Part::All).filter(|all| all.cost > all.noise) {
                 Some(all) => (if_held, part) = (all, Part::All),
-                None => return held,
+                None => return Some(held),
             }
         }
         let enough = |effect: &Effect| {
@@ -114,7 +112,7 @@ impl Rows<'_> {
                 .is_some_and(|rest| rest.cost < rest.noise)
         };
         if hypothesis.effects.par_iter().any(enough) {
-            return held;
+            return Some(held);
         }
         let read_by = |part: Part, moved: Moved, from: &Hypothesis, plant: &Plant<f64>| {
             let record = self.read(Some(moved), plant, CURVE_SHARES[0]);
@@ -125,7 +123,7 @@ impl Rows<'_> {
             let faster = FasterLoop { per_row, missing: Missing::OnTheLine };
             read(Moved { faster, share: SHARES[0] }, hypothesis, &held.plant)
         });
-        let Some(mut best) = on_the_line.min_by(|a, b| a.told.cost.total_cmp(&b.told.cost)) else { return held };
+        let Some(mut best) = on_the_line.min_by(|a, b| a.told.cost.total_cmp(&b.told.cost)) else { return Some(held) };
         // Jitter, where no gap is left that a smoother command could hide: from ever more rows, and of jumps ever less, as long as
         // that is likelier.
         let near_noise = best.told.cost < constants::open() * if_held.noise;
@@ -140,7 +138,7 @@ impl Rows<'_> {
             best = if next.told.cost < best.told.cost { next } else { best };
         }
         if best.told.cost + self.plainly(if_held.noise) > if_held.cost {
-            return held;
+            return Some(held);
         }
         for share in SHARES[1..].iter().filter(|_| near_noise) {
             match read(Moved { share: *share, ..best.moved }, &best.told.fitted, &held.plant) {
@@ -162,7 +160,7 @@ impl Rows<'_> {
                 _ => break,
             }
         }
-        Read { moved: Some(best.moved), plant: best.plant, record: best.record }
+        Some(Read { moved: Some(best.moved), plant: best.plant, record: best.record })
     }
 
     /// The same with the curve doubted less, as long as the chambers' pressures are likelier by that: where it runs as stated, what doubt
@@ -182,14 +180,15 @@ impl Rows<'_> {
         record
     }
 
-    /// Another reading of the rows than a record's, where that is plainly likelier with what was found.
+    /// Another reading of the rows than a record's, where that is plainly likelier with what was found. Only then is the curve doubted
+    /// less: a fit that begins far from the truth would be held in a valley of its own.
     pub(crate) fn other_than(&self, record: &Record, found: &Hypothesis) -> Option<Record> {
-        let again = self.likelier(found);
-        if again.command_moved() != record.command_moved() {
+        let again = self.with_likelier_curve(self.with_likelier_command(found)?, found);
+        if again.command_moved() != record.command_moved() || again.curve_doubt != record.curve_doubt {
             return Some(again);
         }
-        // A command that was held is read in one way, but for the curve.
-        if !again.command_moved() && again.curve_doubt == record.curve_doubt {
+        // A command that was held is read in one way.
+        if !again.command_moved() {
             return None;
         }
         let [before, now] = [record, &again].map(|record| self.told(record, found, Part::Subset));
@@ -197,14 +196,10 @@ impl Rows<'_> {
         (now.cost + self.plainly(now.noise) < before.cost).then_some(again)
     }
 
-    /// The record of the rows with the command held between them; `None` if the hypothesis cannot be simulated.
-    pub(crate) fn held(&self, hypothesis: &Hypothesis) -> Option<Record> {
-        let held = self.read_held(hypothesis.plant(self.rig, &hypothesis.values)?);
-        Some(self.with_likelier_curve(held, hypothesis))
-    }
-
-    fn read_held(&self, plant: Plant<f64>) -> Read {
-        Read { moved: None, record: self.read(None, &plant, CURVE_SHARES[0]), plant }
+    /// The record of the rows with the command held between them, the curve doubted as much as in another record; `None` if the
+    /// hypothesis cannot be simulated.
+    pub(crate) fn held(&self, hypothesis: &Hypothesis, other: &Record) -> Option<Record> {
+        Some(self.read(None, &hypothesis.plant(self.rig, &hypothesis.values)?, other.curve_doubt))
     }
 
     /// Whether one reading of the rows with its causes is likelier than another with its own, each cause at its penalty.
@@ -333,7 +328,9 @@ mod tests {
             let judgeable = judgeable(&rows);
             let nominal = nominal_parameters(&file, judgeable, false, &rows.u_v);
             let between = Rows { rig: &file, rows: &rows, judgeable, nominal: &nominal };
-            between.likelier(&Hypothesis::null(&nominal)).curve_doubt
+            let null = Hypothesis::null(&nominal);
+            let read = between.likelier(&null);
+            between.other_than(&read, &null).unwrap_or(read).curve_doubt
         });
         assert!(doubt < doubt_of_waves && doubt == CURVE_SHARES[2], "{doubt} {doubt_of_waves}");
     }
@@ -350,7 +347,9 @@ mod tests {
             }
             let nominal = nominal_parameters(&file, judgeable, false, &rows.u_v);
             let between = Rows { rig: &file, rows: &rows, judgeable, nominal: &nominal };
-            let record = between.held(&Hypothesis::null(&nominal)).expect("a rig that can be simulated");
+            let record = between
+                .held(&Hypothesis::null(&nominal), &between.likelier(&Hypothesis::null(&nominal)))
+                .expect("a rig that can be simulated");
             let (signals, effort) = (Signals::default(), Effort::default());
             let problem = Problem::new((&file, &record), between.air(), &nominal, (&signals, &effort));
             let fit = problem.fit(Hypothesis::null(&nominal), constants::iterations()).expect("a fit");

@@ -14,7 +14,7 @@ use crate::model::hypothesis::Hypothesis;
 /// command that moved. That a command moved makes every prediction behind its jumps uncertain, so that a cause may hide there: one that
 /// acts on the air.
 pub(crate) fn held_with_a_cause(rows: &Rows<'_>, moved: &Problem<'_>, found: &Found) -> Option<(Record, Begin)> {
-    let held = rows.held(&Hypothesis::null(rows.nominal))?;
+    let held = rows.held(&Hypothesis::null(rows.nominal), moved.record)?;
     let signals = Signals::default();
     let problem = Problem::new((rows.rig, &held), rows.judgeable, rows.nominal, (&signals, moved.effort));
     let null = problem.fit(found.null.hypothesis.clone(), constants::iterations())?;
