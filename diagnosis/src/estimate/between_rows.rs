@@ -163,18 +163,20 @@ impl Rows<'_> {
         Some(Read { moved: Some(best.moved), plant: best.plant, record: best.record })
     }
 
-    /// The same with the curve doubted less, as long as the chambers' pressures are likelier by that: where it runs as stated, what doubt
-    /// takes for noise would hide small causes.
-    fn with_likelier_curve(&self, read: Read, hypothesis: &Hypothesis) -> Record {
+    /// The same with the curve doubted less, as long as the chambers' pressures in the whole log are likelier by that and like noise:
+    /// where it runs as stated, what doubt takes for noise would hide small causes. The hypothesis is that of a fit.
+    fn with_likelier_curve(&self, read: Read, fitted: &Hypothesis) -> Record {
         let Read { moved, plant, mut record } = read;
-        let told = |record: &Record, from: &Hypothesis| self.told(record, from, Part::Subset);
-        let fitted = if record.curve_doubt > 0.0 { told(&record, hypothesis) } else { None };
-        let Some(mut best) = fitted.and_then(|first| told(&record, &first.fitted)) else { return record };
+        let told = |record: &Record| self.tell(record, Part::All, |problem| problem.evaluate_as_is(fitted.clone()));
+        let doubted = if record.curve_doubt > 0.0 { told(&record) } else { None };
+        let Some(mut best) = doubted else { return record };
         for share in &CURVE_SHARES[1..] {
             let less = self.read(moved, &plant, *share);
-            match told(&less, &best.fitted) {
-                Some(told) if told.by_rows < best.by_rows => (record, best) = (less, told),
-                _ => break,
+            let is_likelier =
+                |told: &Told| told.by_rows < best.by_rows && told.cost < constants::like_noise() * told.noise;
+            match told(&less).filter(is_likelier) {
+                Some(told) => (record, best) = (less, told),
+                None => break,
             }
         }
         record
@@ -237,11 +239,17 @@ impl Rows<'_> {
         record
     }
 
+    /// What a record tells once the hypothesis is fitted to it.
     fn told(&self, record: &Record, hypothesis: &Hypothesis, part: Part) -> Option<Told> {
+        let fit = |problem: &Problem<'_>| problem.refit(hypothesis.clone(), self.air(), constants::first_iterations());
+        self.tell(record, part, fit)
+    }
+
+    fn tell(&self, record: &Record, part: Part, fit: impl Fn(&Problem<'_>) -> Option<Fit>) -> Option<Told> {
         let (signals, effort, air) = (Signals::default(), Effort::default(), self.air());
         let problem = Problem::new((self.rig, record), air, self.nominal, (&signals, &effort));
         let subset = if part == Part::Subset { problem.subset().0 } else { problem };
-        let fit: Fit = subset.refit(hypothesis.clone(), air, constants::first_iterations())?;
+        let fit = fit(&subset)?;
         let innovations = subset.innovations(&fit)?;
         let rows = innovations.channels.iter().flatten().filter(|error| !error.is_nan());
         let by_rows = rows.map(|error| loss(*error)).sum::<f64>() + innovations.log_widths + fit.prior_cost;
