@@ -307,14 +307,8 @@ mod tests {
         let plant = Plant::new(&file.rig, &hidden).expect("a sound rig");
         // Jitter that is nearly normal.
         let mut draws = Xoshiro256PlusPlus::seed_from_u64(3);
-        let mut sum_of_four = || {
-            (0..4)
-                .map(|_| {
-                    let x: f64 = StandardUniform.sample(&mut draws);
-                    x - 0.5
-                })
-                .sum::<f64>()
-        };
+        let mut draw = || -> f64 { StandardUniform.sample(&mut draws) };
+        let mut sum_of_four = || draw() + draw() + draw() + draw() - 2.0;
         let jitter: Vec<f64> = (0..40_001).map(|_| 5.0e-3 * sum_of_four()).collect();
         let command = |t_s: f64| 0.3 * (8.0 * t_s).sin() + jitter[(t_s * 1.0e3).round() as usize];
         let fine = simulated(&file, &file.effects, 40_001, command);

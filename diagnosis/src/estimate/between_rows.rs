@@ -23,7 +23,8 @@ const NEAR: [usize; 5] = [1, 2, 4, 8, 16];
 /// How much of a command's jumps may be uncertain: half of the variance, a quarter, and so on. Of `m` commands that jitter a mean has a
 /// variance `m` times smaller than one command.
 const SHARES: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
-/// How much of what the curve between the points of a table may differ by counts: all, half of it, and so on, or nothing.
+/// How much of what the curve between the points of a table may differ by counts: all, half of it, a quarter. Never nothing, as what a
+/// fit sees of a curve is not all of it.
 const CURVE_SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 /// By how much of a row a staircase comes after the line through the rows at most.
 pub(super) const LATEST: f64 = 0.5 / PER_ROW[0];
@@ -245,6 +246,7 @@ impl Rows<'_> {
         self.tell(record, part, fit)
     }
 
+    /// What a record tells at a fit to it, or to a part of it.
     fn tell(&self, record: &Record, part: Part, fit: impl Fn(&Problem<'_>) -> Option<Fit>) -> Option<Told> {
         let (signals, effort, air) = (Signals::default(), Effort::default(), self.air());
         let problem = Problem::new((self.rig, record), air, self.nominal, (&signals, &effort));
@@ -355,12 +357,11 @@ mod tests {
             }
             let nominal = nominal_parameters(&file, judgeable, false, &rows.u_v);
             let between = Rows { rig: &file, rows: &rows, judgeable, nominal: &nominal };
-            let record = between
-                .held(&Hypothesis::null(&nominal), &between.likelier(&Hypothesis::null(&nominal)))
-                .expect("a rig that can be simulated");
+            let null = Hypothesis::null(&nominal);
+            let record = between.held(&null, &between.likelier(&null)).expect("a rig that can be simulated");
             let (signals, effort) = (Signals::default(), Effort::default());
             let problem = Problem::new((&file, &record), between.air(), &nominal, (&signals, &effort));
-            let fit = problem.fit(Hypothesis::null(&nominal), constants::iterations()).expect("a fit");
+            let fit = problem.fit(null, constants::iterations()).expect("a fit");
             [Channel::PressureA, Channel::PressureB].map(|channel| misfit_of(&problem, &fit, channel))
         });
         assert!(misfits[0].iter().all(|misfit| *misfit < 1.1), "{misfits:?}");
