@@ -33,7 +33,8 @@ pub(crate) fn doubts(record: &mut Record, plant: &Plant<f64>, share: f64) {
     let volts = unknown(u);
     let spool_v = behind_play(u, plant);
     let signed = |spool_v: f64| opening::signed_openings(plant, spool_v);
-    let openings = [Side::A, Side::B].map(|side| spool_v.iter().map(|v| signed(*v)[side as usize]).collect::<Vec<_>>());
+    let (a, b): (Vec<f64>, Vec<f64>) = spool_v.iter().map(|v| <(f64, f64)>::from(signed(*v))).unzip();
+    let openings = [a, b];
     let radians = openings.each_ref().map(|openings| unknown(openings));
     let rests = rests(record, plant, &spool_v);
     // Of the mean, as the jump's time is equally likely anywhere between two rows.
