@@ -36,10 +36,10 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
     let plant = Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     progress("check");
     let Cleaned { log, repeats, outliers, .. } = &Cleaned::of(log);
-    if let Some(found) = contradictions(rig, log).into_iter().next() {
+    let mut rows = prepare(log, rig);
+    if let Some(found) = contradictions(rig, log, &rows).into_iter().next() {
         return Err(DiagnosisError::Contradiction { problem: found.problem, remedy: found.remedy });
     }
-    let mut rows = prepare(log, rig);
     rows.quality.isolated_readings = outliers.len();
     rows.quality.repeated_readings = repeats.iter().map(|repeats| repeats.rows).sum();
     let record = &rows;

@@ -1,23 +1,22 @@
 //! Whether command, position and pressures of a log turn the same way, whatever the size of the flows.
 
 use crate::balances::opening;
-use crate::data::prepare::prepare;
+use crate::data::record::Record;
 use crate::data::smoothing::Smoothed;
 use plant_model::{Plant, Side};
-use rig_files::{Log, RigFile};
+use rig_files::RigFile;
 
 /// The correlation of the valve's opening with the air that enters A and leaves B, as position and pressures tell it,
 /// `V p' + n p V'`: near 1 if a positive command fills A, pressures stand in their columns, and y grows as A does. No flow
 /// coefficient is in it, so neither a flow fault nor a load changes its sign. `None` without command or pressure of A, or where
 /// nothing moves.
-pub(super) fn agreement(rig: &RigFile, log: &Log) -> Option<f64> {
+pub(super) fn agreement(rig: &RigFile, record: &Record) -> Option<f64> {
     let plant = Plant::new(&rig.rig, &rig.effects).ok()?;
-    let record = prepare(log, rig);
     let has = record.available;
     if !(has.command && has.pressure_a) {
         return None;
     }
-    let openings = opening::openings(&record, &plant);
+    let openings = opening::openings(record, &plant);
     let c = plant.coefficients();
     let entered = |k: usize, p: &Smoothed, volume_0_m3: f64, area_m2: f64| {
         let volume_m3 = (volume_0_m3 + area_m2 * record.y_smooth.value[k]).max(0.0);

@@ -11,10 +11,12 @@ use crate::constants;
 use crate::data::channel::Channel;
 use crate::data::grid::{Between, refined};
 use crate::data::prepare::prepare;
+use crate::data::record::Record;
 use crate::data::split::Stretch;
 use crate::estimate::likelihood::{COST_OF_NOISE, loss};
 use crate::statistics::median;
 use plant_model::{Plant, Short};
+use rayon::prelude::*;
 use rig_files::{Column, Log, RigFile};
 
 /// A mistake, and the log without it.
@@ -25,7 +27,7 @@ pub(crate) struct Mistake {
 }
 
 /// What contradicts the rig or itself.
-pub(crate) fn contradictions(rig: &RigFile, log: &Log) -> Vec<Flaw> {
+pub(crate) fn contradictions(rig: &RigFile, log: &Log, record: &Record) -> Vec<Flaw> {
     if let Some(columns) = channels::dead(log) {
         return vec![contradiction(
             format!("no sensor changes from the first row to the last ({columns}): live ones have noise"),
@@ -39,7 +41,7 @@ pub(crate) fn contradictions(rig: &RigFile, log: &Log) -> Vec<Flaw> {
         )];
     }
     let units = units(rig, log);
-    let misread = || turned(rig, log).or_else(|| supply_as_gauge(rig, log)).or_else(|| misread(rig, log));
+    let misread = || turned(rig, log, record).or_else(|| supply_as_gauge(rig, log)).or_else(|| misread(rig, log));
     if units.is_empty() { misread().into_iter().collect() } else { units }
 }
 
@@ -152,15 +154,14 @@ fn units(rig: &RigFile, log: &Log) -> Vec<Flaw> {
 }
 
 /// The mistake that, undone, lets command, motion and pressures turn the same way, which they do not as read.
-fn turned(rig: &RigFile, log: &Log) -> Option<Flaw> {
-    let as_is = agreement(rig, log)?;
+fn turned(rig: &RigFile, log: &Log, record: &Record) -> Option<Flaw> {
+    let as_is = agreement(rig, record)?;
     let enough = (as_is + constants::turned()).max(constants::turns_alike());
     if enough > 1.0 {
         return None;
     }
-    let undone = mistakes(rig, log, log).into_iter();
-    let mut undone: Vec<(f64, Mistake)> =
-        undone.filter_map(|mistake| Some((agreement(rig, &mistake.undone)?, mistake))).collect();
+    let agreeing = |mistake: Mistake| Some((agreement(rig, &prepare(&mistake.undone, rig))?, mistake));
+    let mut undone: Vec<(f64, Mistake)> = mistakes(rig, log, log).into_par_iter().filter_map(agreeing).collect();
     let best = undone.iter().map(|(agrees, _)| *agrees).reduce(f64::max).filter(|best| *best >= enough)?;
     // A zero hardly changes how things turn: of those alike the rig as stated tells.
     undone.retain(|(agrees, _)| *agrees > best - 0.5 * constants::turned());
@@ -215,7 +216,7 @@ fn misread(rig: &RigFile, log: &Log) -> Option<Flaw> {
     if as_is < constants::suspect() {
         return None;
     }
-    let undone = mistakes(rig, log, &part).into_iter().filter_map(|mistake| {
+    let undone = mistakes(rig, log, &part).into_par_iter().filter_map(|mistake| {
         let (misfit, count) = misfit(rig, &mistake.undone)?;
         // A log read so that little of it can be judged is not understood better.
         (count * 2 > judged).then_some((misfit, mistake))

@@ -51,8 +51,8 @@ pub struct Check {
 pub fn check(rig: &RigFile, log: &Log) -> Result<Check, DiagnosisError> {
     Plant::new(&rig.rig, &rig.effects).map_err(DiagnosisError::Rig)?;
     let Cleaned { log, repeats, outliers, hums } = &Cleaned::of(log);
-    let mut findings: Vec<Flaw> = mapping::contradictions(rig, log);
     let rows = prepare(log, rig);
+    let mut findings: Vec<Flaw> = mapping::contradictions(rig, log, &rows);
     if findings.is_empty() && rows.len() < LEAST_SAMPLES {
         return Err(DiagnosisError::TooShort { found: rows.len() });
     }

@@ -42,9 +42,16 @@ impl Windows {
         Self { reaches, apart, cut_off }
     }
 
-    /// One piece of a signal, whose white noise has the standard deviation `noise`, from what each window makes of it throughout.
-    pub(crate) fn smooth(&self, noise: f64, throughout: impl Fn(Reach) -> Smoothed) -> Smoothed {
-        let windows: Vec<Smoothed> = self.reaches.iter().map(|reach| throughout(*reach)).collect();
+    /// The windows, from the shortest to the longest.
+    pub(crate) fn reaches(&self) -> &[Reach] {
+        &self.reaches
+    }
+
+    /// One piece of a signal, whose white noise has the standard deviation `noise`, from what each window, given with its place, makes of it
+    /// throughout.
+    pub(crate) fn smooth(&self, noise: f64, throughout: impl Fn(usize, Reach) -> Smoothed) -> Smoothed {
+        let windows: Vec<Smoothed> =
+            self.reaches.iter().enumerate().map(|(place, reach)| throughout(place, *reach)).collect();
         let samples = windows[0].value.len();
         let allowed = constants::windows_apart() * noise;
         let contradicted = |k: usize, place: usize| {
@@ -117,7 +124,7 @@ mod tests {
         let draws = StandardNormal.sample_iter(Xoshiro256PlusPlus::seed_from_u64(7));
         let signal: Vec<f64> = truth.iter().zip(draws).map(|(x, e): (&f64, f64)| x + noise_pa * e).collect();
         let longest = Reach::new(9.0e-3, INTERVAL_S, 1);
-        let own = Windows::new(longest, INTERVAL_S, twice).smooth(noise_pa, |reach| twice(&t_s, &signal, reach));
+        let own = Windows::new(longest, INTERVAL_S, twice).smooth(noise_pa, |_, reach| twice(&t_s, &signal, reach));
         let throughout = twice(&t_s, &signal, longest);
         [own, throughout].map(|smoothed| {
             let rms = |within: &dyn Fn(usize) -> bool| {

@@ -9,17 +9,18 @@ use plant_model::{Plant, Side};
 
 /// The pressure of a chamber of the rig as its file states it, smoothed with one window throughout.
 ///
-/// Smoothed is `p V^n`, which is constant while no air comes or goes, and the volume `V` takes the position smoothed alike: so the
-/// position's noise does not come back, and of the piston's motion only what the window cuts off twice is lost (twicing, Tukey 1977).
+/// Smoothed is `p V^n`, which is constant while no air comes or goes, and the volume `V` takes the position smoothed alike
+/// (`smooth_y_m`, by [`twice`]): so the position's noise does not come back, and of the piston's motion only what the window cuts off
+/// twice is lost (twicing, Tukey 1977).
 pub(super) fn smoothed(
     (plant, side): (&Plant<f64>, Side),
     t_s: &[f64],
-    [p_pa, y_m]: [&[f64]; 2],
+    (p_pa, smooth_y_m): (&[f64], &[f64]),
     reach: Reach,
 ) -> Smoothed {
     let exponent = plant.coefficients().exponent;
     let growth = |shown_m: &f64| volume_m3((plant, side), *shown_m).powf(exponent);
-    let growths: Vec<f64> = twice(t_s, y_m, reach).value.iter().map(growth).collect();
+    let growths: Vec<f64> = smooth_y_m.iter().map(growth).collect();
     let constant: Vec<f64> = p_pa.iter().zip(&growths).map(|(p, growth)| p * growth).collect();
     let value: Vec<f64> =
         twice(t_s, &constant, reach).value.iter().zip(&growths).map(|(c, growth)| c / growth).collect();
@@ -58,7 +59,8 @@ mod tests {
                 let squares = p_pa.iter().zip(&smoothed.value).map(|(p, value)| (p - value).powi(2));
                 (squares.skip(100).take(2800).sum::<f64>() / 2800.0).sqrt()
             };
-            let own = rms_pa(smoothed((&plant, side), &log.t_s, [p_pa, &log.y_m], reach));
+            let smooth_y_m = twice(&log.t_s, &log.y_m, reach).value;
+            let own = rms_pa(smoothed((&plant, side), &log.t_s, (p_pa, &smooth_y_m), reach));
             let plain = rms_pa(twice(&log.t_s, p_pa, reach));
             assert!(own < 0.5 * plain, "{own} {plain}");
         }

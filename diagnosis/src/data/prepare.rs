@@ -14,6 +14,7 @@ use super::split::{self, Stretch};
 use crate::constants;
 use core::ops::Range;
 use plant_model::{Plant, Side};
+use rayon::prelude::*;
 use rig_files::{Log, RigFile};
 
 /// Makes a log ready, for a rig as its file states it: rows as measured, nothing between them ([`refined`]).
@@ -128,46 +129,45 @@ fn smooth(record: &mut Record, plant: Option<&Plant<f64>>) {
     // Smoothing never reaches across an interruption or into the part held back.
     let pieces = split::pieces(&record.stretches, record.t_s.len());
     let interval_s = record.quality.interval_s;
-    let smoothed = |signal: &[f64], by: &dyn Fn(Range<usize>) -> Smoothed| {
-        let mut out = Smoothed::default();
-        for piece in pieces.iter().filter(|_| !signal.is_empty()) {
-            let part = by(piece.clone());
-            out.value.extend(part.value);
-            out.slope.extend(part.slope);
-        }
-        out
-    };
-    let t_s = |piece: &Range<usize>| &record.t_s[piece.clone()];
     // Where the signal asks for it, shorter windows: for values alone, as the noise of a slope grows with shorter ones by far more.
     let volumes = Windows::new(record.volume_reach(), interval_s, parabola);
     let pressures = Windows::new(record.pressure_reach(), interval_s, twice);
-    let slow = |signal: &[f64], noise: ChannelNoise| {
-        smoothed(signal, &|piece| {
-            let once = |reach| parabola(t_s(&piece), &signal[piece.clone()], reach);
-            volumes.smooth(noise.standard_deviation, once)
-        })
-    };
-    let chamber = |side: Side| {
+    let chambers = [Side::A, Side::B].map(|side| {
         let (p_pa, noise_pa) = (record.chamber(side).p_pa, record.chamber(side).noise_pa);
         let by_position_pa = |plant: &Plant<f64>| {
             chamber_pressure::pa_per_m((plant, side), p_pa, &record.y_m) * record.quality.position.standard_deviation
         };
-        let quiet = |plant: &Plant<f64>| by_position_pa(plant) < constants::position_noise_in_pressure() * noise_pa;
-        let tells_compression = !p_pa.is_empty() && !record.is_vented(side) && plant.is_some_and(quiet);
-        smoothed(p_pa, &|piece| {
-            pressures.smooth(noise_pa, |reach| match plant.filter(|_| tells_compression) {
-                Some(plant) => {
-                    let signals = [p_pa, &record.y_m].map(|signal| &signal[piece.clone()]);
-                    chamber_pressure::smoothed((plant, side), t_s(&piece), signals, reach)
-                }
-                None => twice(t_s(&piece), &p_pa[piece.clone()], reach),
-            })
-        })
+        let quiet = |plant: &&Plant<f64>| by_position_pa(plant) < constants::position_noise_in_pressure() * noise_pa;
+        let tells_compression = !p_pa.is_empty() && !record.is_vented(side);
+        (side, plant.filter(|_| tells_compression).filter(quiet))
+    });
+    // Position, its motion, the chambers' pressures and the supply's.
+    let of_piece = |piece: &Range<usize>| {
+        let (t_s, y_m) = (&record.t_s[piece.clone()], &record.y_m[piece.clone()]);
+        let slow = |signal: &[f64], noise: ChannelNoise| {
+            volumes.smooth(noise.standard_deviation, |_, reach| parabola(t_s, signal, reach))
+        };
+        let tells = chambers.iter().any(|(_, plant)| plant.is_some());
+        let reaches = pressures.reaches().iter().filter(|_| tells);
+        let twice_y: Vec<Vec<f64>> = reaches.map(|reach| twice(t_s, y_m, *reach).value).collect();
+        let [p_a, p_b] = chambers.map(|(side, plant)| {
+            let p_pa = record.chamber(side).p_pa.get(piece.clone())?;
+            Some(pressures.smooth(record.chamber(side).noise_pa, |place, reach| match plant {
+                Some(plant) => chamber_pressure::smoothed((plant, side), t_s, (p_pa, &twice_y[place]), reach),
+                None => twice(t_s, p_pa, reach),
+            }))
+        });
+        let p_sup = record.p_sup_pa.get(piece.clone()).map(|signal| slow(signal, record.quality.supply));
+        let y = slow(y_m, record.quality.position);
+        [Some(y), Some(parabola(t_s, y_m, record.velocity_reach())), p_a, p_b, p_sup].map(Option::unwrap_or_default)
     };
-    let velocity = |piece: Range<usize>| parabola(t_s(&piece), &record.y_m[piece.clone()], record.velocity_reach());
-    let motion = smoothed(&record.y_m, &velocity);
-    let (y, p_sup) = (slow(&record.y_m, record.quality.position), slow(&record.p_sup_pa, record.quality.supply));
-    let (p_a, p_b) = (chamber(Side::A), chamber(Side::B));
-    (record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth) =
-        (y, motion, p_a, p_b, p_sup);
+    let parts: Vec<[Smoothed; 5]> = pieces.par_iter().map(of_piece).collect();
+    let mut all: [Smoothed; 5] = Default::default();
+    for part in parts {
+        for (to, from) in all.iter_mut().zip(part) {
+            to.value.extend(from.value);
+            to.slope.extend(from.slope);
+        }
+    }
+    [record.y_smooth, record.motion, record.p_a_smooth, record.p_b_smooth, record.p_sup_smooth] = all;
 }

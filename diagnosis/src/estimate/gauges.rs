@@ -7,6 +7,7 @@ use crate::constants;
 use crate::data::channel::Channels;
 use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
+use rayon::prelude::*;
 use rig_files::{Log, RigFile};
 
 /// The pressures that, with the atmosphere added, take nearly all that the rig with its nominal values corrected misses beyond noise.
@@ -22,10 +23,13 @@ pub(crate) fn chambers_as_gauge(
     let read = |log: &Log, from: &Hypothesis, steps| {
         reading.read(log, |problem| problem.refit(from.clone(), reading.judgeable, steps))
     };
+    if read(&reading.part, fitted, 0)?.is_noise() {
+        return None;
+    }
     // Not worth a fit unless the rig as stated is better off already.
     let stated = Hypothesis::null(reading.nominal);
     let as_stated = read(&reading.part, &stated, 0)?;
-    let undone = mapping::gauges(rig, &reading.part).into_iter().filter(|(supply, _)| !supply);
+    let undone = mapping::gauges(rig, &reading.part).into_par_iter().filter(|(supply, _)| !supply);
     let undone = undone.filter_map(|(_, mistake)| {
         let begun = read(&mistake.undone, &stated, 0)?;
         let better = begun.noise > 0.9 * as_stated.noise && begun.left < 0.5 * as_stated.left;

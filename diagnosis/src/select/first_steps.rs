@@ -30,63 +30,65 @@ pub(crate) fn likeliest(problem: &Problem<'_>, effect: Effect, mut begun: Hypoth
     begun
 }
 
-/// A fit extended by each start, after a few iterations, evaluated on all data; lowest cost first.
-pub(crate) fn begun(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<Fit> {
-    let mut begun = by_predictions(problem, from, scoring, starts);
-    // Mechanics that were strained without an effect may hold its fit in another valley of the sticking piston.
-    let strained = from.hypothesis.strained() & Channel::Position.bit() != 0;
-    if strained && beyond_noise_in(problem, from, Channel::Position.bit()) {
-        begun.extend(by_momentum(problem, from, scoring, starts));
-    }
-    begun.sort_by(|a, b| a.1.cost(problem).total_cmp(&b.1.cost(problem)));
-    let mut seen = Vec::new();
-    begun.retain(|(start, _)| {
-        let first = !seen.contains(start);
-        seen.push(*start);
-        first
-    });
-    begun.into_iter().map(|(_, fit)| fit).collect()
-}
-
-/// Candidates with the number of their start. Strained nominal values begin at nominal or as fitted, whichever gives the lower
-/// cost.
-fn by_predictions(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<(usize, Fit)> {
-    let (strained, open) = (from.hypothesis.strained(), wide_open(problem, from));
-    let begin = |(effect, start): &Start<'_>| {
-        let channels = effects::channels(*effect);
-        let ways: &[bool] = if effects::moves_nominal_values(*effect) {
-            &[false]
-        } else if strained & channels == 0 {
-            &[true]
-        } else {
-            &[true, false]
-        };
-        // A position scale differs from other nominal values by little more than their priors. That difference shows only on all
-        // data; and while a balance is wide open a scale can absorb any error.
-        let on_all_data = effects::moves_nominal_values(*effect) && !open;
-        let begin = |anew: &bool| {
-            let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, *anew);
-            let extended = likeliest(problem, *effect, extended);
-            let slopes = scoring.jacobian(*anew);
-            let few = constants::first_iterations();
-            let by_subset = scoring.subset().first_steps(extended.clone(), channels, few, slopes)?;
-            if !on_all_data {
-                return problem.evaluate_as_is(by_subset.hypothesis);
-            }
-            // The subset may lead away from where tolerances like it best, or out of a valley that ends too early.
-            let both =
-                [extended, by_subset.hypothesis].into_iter().filter_map(|from| problem.refit(from, channels, few));
-            both.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
-        };
-        ways.par_iter().filter_map(begin).min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))
+/// A fit extended by each start, after a few iterations, evaluated on all data. Strained nominal values begin at nominal or as
+/// fitted, whichever gives the lower cost.
+pub(crate) fn by_predictions(
+    problem: &Problem<'_>,
+    from: &Fit,
+    scoring: &Scoring<'_>,
+    starts: &[Start<'_>],
+) -> Vec<Fit> {
+    let few = constants::first_iterations();
+    let cost = |fit: &Fit| fit.cost(problem);
+    let least = |one: &Fit, other: &Fit| cost(one).total_cmp(&cost(other));
+    let strained = from.hypothesis.strained();
+    let extended = |(effect, start): &Start<'_>, anew: bool| {
+        let extended = from.hypothesis.with(*effect, problem.parameters(*effect), start, anew);
+        likeliest(problem, *effect, extended)
     };
-    starts.par_iter().enumerate().filter_map(|(k, start)| Some((k, begin(start)?))).collect()
+    let by_subset = |effect: Effect, extended: Hypothesis, anew: bool| {
+        let slopes = scoring.jacobian(anew);
+        let fit = scoring.subset().first_steps(extended, effects::channels(effect), few, slopes)?;
+        problem.evaluate_as_is(fit.hypothesis)
+    };
+    let begin = |start: &Start<'_>| {
+        let ways: &[bool] = match start.0 {
+            effect if effects::moves_nominal_values(effect) => &[false],
+            effect if strained & effects::channels(effect) == 0 => &[true],
+            _ => &[true, false],
+        };
+        let fits = ways.par_iter().filter_map(|anew| by_subset(start.0, extended(start, *anew), *anew));
+        fits.min_by(least)
+    };
+    let begun: Vec<Option<Fit>> = starts.par_iter().map(begin).collect();
+    let lowest = begun.iter().flatten().map(cost).fold(f64::INFINITY, f64::min);
+    // A position scale differs from other nominal values by little more than their priors. That difference shows only on all
+    // data; and while a balance is wide open a scale can absorb any error.
+    let open = wide_open(problem, from);
+    let go_on = |(start, begun): (&Start<'_>, Option<Fit>)| {
+        let begun = begun?;
+        if open || !effects::moves_nominal_values(start.0) {
+            return Some(begun);
+        }
+        // The subset may lead away from where tolerances like it best, or out of a valley that ends too early.
+        let both = [problem.evaluate_as_is(extended(start, false)), Some(begun.clone())].into_par_iter().flatten();
+        let promising = both.filter(|fit| promising(cost(fit), lowest, cost(from)));
+        let fits = promising.filter_map(|fit| problem.refit(fit.hypothesis, effects::channels(start.0), few));
+        Some(fits.min_by(least).unwrap_or(begun))
+    };
+    starts.par_iter().zip(begun).filter_map(go_on).collect()
 }
 
-/// Candidates that act on mechanics, begun by the momentum of a sliding piston, with the number of their start. That balance has
-/// one minimum and costs a tenth of a prediction: it tells which of them predictions go on from. What acts before the piston slides
-/// it does not see: that is looked for behind mechanics that slide as measured.
-fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<(usize, Fit)> {
+/// Whether the mechanics of a fit are strained and leave more than noise: a valley of the sticking piston may hold it.
+pub(crate) fn may_be_held(problem: &Problem<'_>, fit: &Fit) -> bool {
+    let position = Channel::Position.bit();
+    fit.hypothesis.strained() & position != 0 && beyond_noise_in(problem, fit, position)
+}
+
+/// Candidates that act on mechanics, begun by the momentum of a sliding piston. That balance has one minimum and costs a tenth of a
+/// prediction: it tells which of them predictions go on from. What acts before the piston slides it does not see: that is looked for
+/// behind mechanics that slide as measured.
+pub(crate) fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts: &[Start<'_>]) -> Vec<Fit> {
     let iterations = constants::first_iterations();
     let sliding = scoring.subset().judging(Mechanics::Momentum);
     let Some(without) = sliding.refit(from.hypothesis.relaxed(), Channel::Position.bit(), iterations) else {
@@ -110,12 +112,12 @@ fn by_momentum(problem: &Problem<'_>, from: &Fit, scoring: &Scoring<'_>, starts:
     let go_on = |(k, fit): &(usize, Fit)| {
         let channels = effects::channels(starts[*k].0);
         let fit = from_best_breakaway(scoring.subset(), fit.hypothesis.clone(), channels, iterations)?;
-        Some((*k, problem.evaluate_as_is(fit.hypothesis)?))
+        problem.evaluate_as_is(fit.hypothesis)
     };
     let chosen = begun.par_iter().filter(|(_, fit)| promising(cost(fit), lowest, cost(&without)));
     let look = |k: usize| {
         let (begun, channels) = (extended(k, &without.hypothesis, false), effects::channels(starts[k].0));
-        Some((k, from_best_stribeck(problem, scoring.subset(), &begun, channels, iterations)?))
+        from_best_stribeck(problem, scoring.subset(), &begun, channels, iterations)
     };
     chosen.filter_map(go_on).chain(resting.into_par_iter().filter_map(look)).collect()
 }

@@ -1,7 +1,7 @@
 //! Forward selection of one more cause: candidates ranked by their score on a subset of the data, the best fitted to
 //! all of it.
 
-use super::first_steps::{Start, begun, likeliest, promising};
+use super::first_steps::{Start, by_momentum, by_predictions, likeliest, may_be_held, promising};
 use super::initial_values::initial_values;
 use super::memory::{Explored, Memory, Tried};
 use super::penalty::{cost_before_pruning, penalty, required_gain};
@@ -65,13 +65,17 @@ pub(crate) fn ranked_candidates(
         let started = problem.evaluate_as_is(extended[k].clone());
         (k, started.map_or(0.0, |started| (from.cost(problem) - started.cost(problem)).max(0.0)))
     };
-    let gains = |of: &dyn Fn(Effect) -> bool| -> Vec<(usize, f64)> {
-        (0..open.len()).filter(|k| of(open[*k].0)).collect::<Vec<_>>().into_par_iter().map(gain).collect()
-    };
-    for (k, gain) in gains(&|effect| effect.identification().acts_locally) {
+    let gains = |of: Vec<usize>| -> Vec<(usize, f64)> { of.into_par_iter().map(gain).collect() };
+    let those = |of: &dyn Fn(Effect) -> bool| (0..open.len()).filter(|k| of(open[*k].0)).collect::<Vec<_>>();
+    for (k, gain) in gains(those(&|effect| effect.identification().acts_locally)) {
         scores[k] = scores[k].max(gain);
     }
-    let moving = gains(&effects::moves_nominal_values);
+    // Tolerances count as much in the subset: what gains nothing there gains nothing in the whole log.
+    let mut moving = those(&effects::moves_nominal_values);
+    moving.retain(|k| scores[*k] > 0.0);
+    moving.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));
+    moving.truncate(constants::candidates_fitted());
+    let moving = gains(moving);
     if let Some((best, gain)) = moving.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 > 0.0) {
         // It is fitted beside the one of highest score.
         let highest = moving.iter().map(|(k, _)| scores[*k]).fold(gain, f64::max);
@@ -149,9 +153,7 @@ fn go_on(problem: &Problem<'_>, from: &Fit, begun: &[Fit], tried: &mut Vec<Tried
         let values = known.hypothesis.values_of(effect);
         problem.evaluate_as_is(from.hypothesis.extended_by(effect, problem.parameters(effect), &values))
     };
-    let mut fits: Vec<Fit> = begun.par_iter().filter_map(begin).collect();
-    fits.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
-    finished(problem, fits, base, tried)
+    noted(problem, finished(problem, begun.par_iter().filter_map(begin).collect(), base), tried)
 }
 
 /// Extensions, lowest penalised cost with the present dispersion first.
@@ -202,17 +204,25 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     let starts: Vec<Start<'_>> =
         chosen.iter().flat_map(|c| c.starts.iter().map(|start| (c.effect, &start[..]))).collect();
     // A few iterations on the subset show which candidates to fit on all data.
-    let begun = begun(problem, from, &scoring, &starts);
-    finished(problem, begun, base, tried)
+    let mut fits = finished(problem, by_predictions(problem, from, &scoring, &starts), base);
+    // Mechanics that were strained without an effect may hold its fit in another valley of the sticking piston, unless one of them
+    // leaves noise alone.
+    if may_be_held(problem, from) && fits.first().is_none_or(|best| may_be_held(problem, best)) {
+        let lowest = fits.first().map_or(base, |best| best.cost(problem));
+        fits.extend(finished(problem, by_momentum(problem, from, &scoring, &starts), lowest));
+        fits = one_of_each(problem, fits);
+    }
+    noted(problem, fits, tried)
 }
 
 /// Extensions, lowest cost first, of which the best are fitted to the end: those that may come near the lowest cost, counted from the
 /// cost `base` without any.
-fn finished(problem: &Problem<'_>, begun: Vec<Fit>, base: f64, tried: &mut Vec<Tried>) -> Vec<Fit> {
-    let lowest = begun.first().map_or(base, |fit| fit.cost(problem));
+fn finished(problem: &Problem<'_>, mut begun: Vec<Fit>, base: f64) -> Vec<Fit> {
+    begun.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
+    let lowest = begun.first().map_or(base, |fit| fit.cost(problem)).min(base);
     let finished = begun.iter().take_while(|fit| promising(fit.cost(problem), lowest, base)).count();
     let finished = finished.clamp(1, constants::candidates_finished()).min(begun.len());
-    let mut fits: Vec<Fit> = begun
+    let fits: Vec<Fit> = begun
         .par_iter()
         .enumerate()
         .filter_map(|(place, fit)| {
@@ -221,7 +231,11 @@ fn finished(problem: &Problem<'_>, begun: Vec<Fit>, base: f64, tried: &mut Vec<T
             if place < finished { finish() } else { Some(fit.clone()) }
         })
         .collect();
-    // The same effect from several starts: the best one counts.
+    one_of_each(problem, fits)
+}
+
+/// The best extension by each effect, lowest cost first.
+fn one_of_each(problem: &Problem<'_>, mut fits: Vec<Fit>) -> Vec<Fit> {
     fits.sort_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)));
     let mut seen: Vec<Effect> = Vec::new();
     fits.retain(|fit| {
@@ -233,6 +247,11 @@ fn finished(problem: &Problem<'_>, begun: Vec<Fit>, base: f64, tried: &mut Vec<T
             }
         })
     });
+    fits
+}
+
+/// Extensions in order, kept for the appendix of the report.
+fn noted(problem: &Problem<'_>, fits: Vec<Fit>, tried: &mut Vec<Tried>) -> Vec<Fit> {
     tried.extend(fits.iter().map(Tried::of));
     in_order(problem, fits)
 }

@@ -101,8 +101,14 @@ pub(crate) fn drop_needless_parts(problem: &Problem<'_>, mut best: Fit) -> Fit {
     let penalised_cost =
         |fit: &Fit| fit.cost(problem) + constants::penalty_per_parameter() * fit.hypothesis.parameters.len() as f64;
     for effect in best.hypothesis.effects.clone() {
-        let parts = effect.identification().parts.iter();
-        let fits = parts.filter_map(|kept| problem.fit(best.hypothesis.only(effect, kept), constants::iterations()));
+        // A fit that cannot come so low with fewer parameters ends early.
+        let fit = |kept: &&'static [usize]| {
+            let part = best.hypothesis.only(effect, kept);
+            let spared = best.hypothesis.parameters.len() - part.parameters.len();
+            let goal = best.cost(problem) + constants::penalty_per_parameter() * spared as f64;
+            problem.fit_and_search(part, problem.judgeable, constants::iterations(), goal)
+        };
+        let fits = effect.identification().parts.iter().filter_map(fit);
         let least =
             fits.filter(|fit| !negligible(fit, effect)).min_by(|a, b| penalised_cost(a).total_cmp(&penalised_cost(b)));
         if let Some(fit) = least
