@@ -22,7 +22,7 @@ use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
 use crate::select::held_rows::held_with_a_cause;
 use crate::select::penalty::{beyond_noise, ends_at_bound};
-use crate::select::search::{self, Begin, Found};
+use crate::select::search::{self, Begin, Found, Until};
 use crate::validate::hold_out::{self, Predictions};
 use crate::validate::{closure, foreign_terms, support, verdict};
 use plant_model::{Effect, Plant};
@@ -90,13 +90,22 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
                 continue;
             }
         }
+        // A large gap looks like a command that moved between rows, until causes take it away.
+        let in_doubt = record.command_moved() && reading.curve_doubt == 0.0 && asked.read_by.is_empty();
+        let until = if in_doubt { Until::LikeNoise } else { Until::NoneIsLeft };
         // A fit can only fail on a rig that cannot be simulated, which was checked above.
-        let Some(selected) = search::select(&mut problem, &nominal, begin.take(), progress) else {
+        let Some(selected) = search::select(&mut problem, &nominal, begin.take(), until, progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
-        if let Some(again) = asked.again(&between_rows, &reading, &problem, selected.fit()) {
+        let again = match selected.finished {
+            true => asked.again(&between_rows, &reading, &problem, selected.fit()),
+            false => asked.another_reading(&between_rows, &reading, &selected.fit().hypothesis),
+        };
+        if again.is_some() || !selected.finished {
             begin = Some(selected.begin());
-            again.take_over(&mut reading, &mut record);
+            if let Some(again) = again {
+                again.take_over(&mut reading, &mut record);
+            }
             continue;
         }
         let found = search::compare(&problem, selected, progress);
@@ -159,10 +168,9 @@ impl Asked {
         (self.nominal_noise, self.noise) = (false, false);
     }
 
-    /// What causes explain may have looked like a command that moved between rows, or the other way round, or by more than it did; or
-    /// like noise. And without causes, too, the curve of a table may be doubted less than at first.
-    fn again(&mut self, rows: &Rows<'_>, reading: &Record, problem: &Problem<'_>, fit: &Fit) -> Option<Again> {
-        let causes = &fit.hypothesis;
+    /// What causes explain may have looked like a command that moved between rows, or the other way round, or by more than it did. And
+    /// without causes, too, the curve of a table may be doubted less than at first.
+    fn another_reading(&mut self, rows: &Rows<'_>, reading: &Record, causes: &Hypothesis) -> Option<Again> {
         let is_new = !causes.effects.is_empty() && causes.effects != self.read_by;
         let by_causes = is_new && self.readings < MOST_READINGS;
         let by_curve = !self.curve && reading.curve_doubt > 0.0;
@@ -175,11 +183,14 @@ impl Asked {
                 return Some(Again::Reading(again));
             }
         }
-        if causes.effects.is_empty() {
-            return None;
-        }
-        if self.noise {
-            return None;
+        None
+    }
+
+    /// [`Asked::another_reading`]; or what causes explain looked like noise.
+    fn again(&mut self, rows: &Rows<'_>, reading: &Record, problem: &Problem<'_>, fit: &Fit) -> Option<Again> {
+        let another = self.another_reading(rows, reading, &fit.hypothesis);
+        if another.is_some() || self.noise || fit.hypothesis.effects.is_empty() {
+            return another;
         }
         let quieter = noise_level::quieter(problem, fit)?;
         self.noise = true;

@@ -4,7 +4,7 @@
 use super::first_steps::{Start, by_momentum, by_predictions, likeliest, may_be_held, promising};
 use super::initial_values::initial_values;
 use super::memory::{Explored, Memory, Tried};
-use super::penalty::{cost_before_pruning, penalty, required_gain};
+use super::penalty::{beyond_noise, cost_before_pruning, penalty, required_gain};
 use super::ripple_spectrum::wavelengths;
 use super::scoring::Scoring;
 use super::visibility::candidates;
@@ -169,9 +169,11 @@ fn explore(problem: &Problem<'_>, from: &Fit, wanted: &Wanted, tried: &mut Vec<T
     let base = from.cost(problem);
     let scores_enough = |c: &Candidate| c.predicted > constants::score_share() * required_gain(problem, from, c.effect);
     let mut count = candidates.iter().take_while(|c| scores_enough(c)).count().min(wanted.most);
-    // Where nominal values are strained scores are not reliable; then all effects that act there are tried.
+    // Where nominal values are strained scores are not reliable; then all effects that act there are tried. A gap that tolerances hide
+    // so far that it is like noise, at a price that no cause need save, is small enough for first order.
     let strained = from.hypothesis.strained();
-    if strained != 0 {
+    let least = candidates.iter().map(|c| penalty(c.effect)).fold(f64::INFINITY, f64::min);
+    if strained != 0 && (beyond_noise(problem, from) || from.prior_cost > least) {
         // What relieves them need only exceed its penalty, as in `shortfall`.
         let relieves = |c: &Candidate| effects::moves_nominal_values(c.effect) && c.predicted > penalty(c.effect);
         candidates.sort_by_key(|c| match effects::channels(c.effect) & strained == 0 && !scores_enough(c) {

@@ -35,16 +35,24 @@ pub(crate) struct Found {
     pub(crate) memory: Memory,
 }
 
+/// Whether there are causes, and what they leave is like noise.
+fn leaves_noise(problem: &Problem<'_>, fit: &Fit) -> bool {
+    !fit.hypothesis.effects.is_empty() && !beyond_noise(problem, fit)
+}
+
 /// Adds one cause at a time, the best that lowers the penalised cost, and removes causes that become needless.
 fn forward_selection(
     problem: &Problem<'_>,
     start: Fit,
-    most: usize,
+    (most, until): (usize, Until),
     memory: &mut Memory,
     progress: &dyn Fn(&str),
 ) -> Fit {
     let mut current = start;
     while current.hypothesis.effects.len() < most {
+        if until == Until::LikeNoise && leaves_noise(problem, &current) {
+            break;
+        }
         // A first cause is looked for in any case: the verdict needs to know whether one explains the gap.
         if !current.hypothesis.effects.is_empty() && problem.effort.millions() > constants::most_effort() {
             break;
@@ -64,8 +72,19 @@ fn forward_selection(
     current
 }
 
+/// How far causes are looked for.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Until {
+    /// Until no more are found.
+    NoneIsLeft,
+    /// Until what they leave is like noise: the way rows are read by them is asked for then, and another one would end the search.
+    LikeNoise,
+}
+
 /// Causes that were not yet compared with others.
 pub(crate) struct Selected {
+    /// Whether none was left to be found.
+    pub(crate) finished: bool,
     null: Fit,
     forward: Fit,
     pruned: Pruned,
@@ -105,6 +124,7 @@ pub(crate) fn select(
     problem: &mut Problem<'_>,
     nominal: &Hypothesis,
     begin: Option<Begin>,
+    until: Until,
     progress: &dyn Fn(&str),
 ) -> Option<Selected> {
     progress("nominal model");
@@ -114,7 +134,13 @@ pub(crate) fn select(
     };
     let known = known.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
-    let mut current = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
+    let most = constants::most_causes();
+    let mut current = forward_selection(problem, start, (most, until), &mut memory, progress);
+    if until == Until::LikeNoise && leaves_noise(problem, &current) {
+        let pruned = Pruned { fit: current.clone(), without: Vec::new() };
+        return Some(Selected { finished: false, null, forward: current, pruned, memory });
+    }
+    let until = Until::NoneIsLeft;
     // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
     // causes.
     if wide_open(problem, &current) && !current.hypothesis.effects.is_empty() {
@@ -123,7 +149,7 @@ pub(crate) fn select(
             if problem.effort.millions() > constants::most_effort_open() {
                 break;
             }
-            let other = forward_selection(problem, start, constants::most_causes() - 1, &mut memory, progress);
+            let other = forward_selection(problem, start, (most - 1, until), &mut memory, progress);
             if penalised_cost(problem, &other) < penalised_cost(problem, &current) {
                 current = other;
             }
@@ -138,7 +164,7 @@ pub(crate) fn select(
         && problem.effort.millions() < constants::most_effort_open()
         && let Some(start) = screened(problem, nominal, &current)
     {
-        let other = forward_selection(problem, start, constants::most_causes(), &mut memory, progress);
+        let other = forward_selection(problem, start, (most, until), &mut memory, progress);
         // Where names were out of reach, a search that brings them within it need not leave noise alone.
         let reached = out_of_reach(problem, &current) && !out_of_reach(problem, &other);
         let cheaper = penalised_cost(problem, &other) < penalised_cost(problem, &current);
@@ -152,15 +178,15 @@ pub(crate) fn select(
     let mut pruned = prune(problem, current);
     // After the elimination there is room for further causes.
     if wide_open(problem, &pruned.fit) {
-        let fit = forward_selection(problem, pruned.fit, constants::most_causes(), &mut memory, progress);
+        let fit = forward_selection(problem, pruned.fit, (most, until), &mut memory, progress);
         pruned = Pruned::as_it_is(problem, fit);
     }
-    Some(Selected { null, forward, pruned, memory })
+    Some(Selected { finished: true, null, forward, pruned, memory })
 }
 
 /// Compares the causes selected with others that explain the log as well, and leaves out what is needless.
 pub(crate) fn compare(problem: &Problem<'_>, selected: Selected, progress: &dyn Fn(&str)) -> Found {
-    let Selected { null, forward, pruned, mut memory } = selected;
+    let Selected { null, forward, pruned, mut memory, .. } = selected;
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
     let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
