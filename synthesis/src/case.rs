@@ -42,7 +42,8 @@ fn key_of(rig: &Rig<f64>, path: &str) -> Option<&'static RigKey> {
 }
 
 /// Draws the true rig from a nominal one whose uncertain values have the relative standard error `relative`. The two
-/// friction forces err together, so that the static one never falls below the other.
+/// friction forces err together, so that the static one never falls below the other. No chamber is smaller than what the piston
+/// sweeps of it: at the end of the stroke less than nothing would be left.
 #[must_use]
 pub fn true_rig(nominal: &Rig<f64>, relative: f64, rng: &mut Xoshiro256PlusPlus) -> Rig<f64> {
     let mut rig = *nominal;
@@ -64,6 +65,9 @@ pub fn true_rig(nominal: &Rig<f64>, relative: f64, rng: &mut Xoshiro256PlusPlus)
         let value = key.get(&rig) * factor;
         key.set(&mut rig, value);
     }
+    let c = &mut rig.cylinder;
+    c.volume_a0_m3 = c.volume_a0_m3.max(0.5 * c.area_a_m2 * c.stroke_m);
+    c.volume_b0_m3 = c.volume_b0_m3.max(0.5 * c.area_b_m2 * c.stroke_m);
     // Presliding must stay below sliding (3.13), whatever the friction forces came to.
     rig.friction.breakaway_m *= coulomb.min(1.0);
     rig
@@ -182,5 +186,27 @@ impl Case {
             }
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn no_chamber_is_smaller_than_what_the_piston_sweeps_of_it() {
+        // Its chambers are stated without any dead volume.
+        let nominal = RigFile::paper_b().rig;
+        let swept_m3 = 0.5 * nominal.cylinder.area_a_m2 * nominal.cylinder.stroke_m;
+        let mut larger = 0;
+        for seed in 0..50 {
+            let rig = true_rig(&nominal, 0.02, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
+            for volume_m3 in [rig.cylinder.volume_a0_m3, rig.cylinder.volume_b0_m3] {
+                assert!(volume_m3 >= swept_m3, "{volume_m3}");
+                larger += i32::from(volume_m3 > swept_m3);
+            }
+        }
+        assert!((30..70).contains(&larger), "{larger}");
     }
 }

@@ -159,15 +159,15 @@ impl<'a> Predictions<'a> {
 impl Window {
     /// `deviates`: as many standard normal ones as all draws need.
     fn of(record: &Record, model: &Model, [from, run_in, start, end]: [usize; 4], deviates: &[f64]) -> Self {
-        let [history, earlier] = [run_in, from].map(|until| Commands { record, until });
-        let predicted = restarted(record, model, run_in, start..end);
+        let [later, earlier] = [run_in, from].map(|until| Behind::of(record, &model.plant, until));
+        let predicted = predict(record, model, &later, run_in, start, end);
         let alike = model.part(from..end);
         // The noise floor: the model plays the rig. Its predictions of itself still err by the sensors' noise, and by what noise and
         // smoothing leave unknown about the initial state. Where the piston sticks, chance decides much of that.
         let mut perfect = Vec::new();
         for deviates in deviates.chunks(deviates_within(record, from..end).max(1)) {
             let shown = as_if(record, model, &earlier, from..end, deviates);
-            let own = predict(&shown, &alike, &history, run_in - from, start - from, end - from);
+            let own = predict(&shown, &alike, &later, run_in - from, start - from, end - from);
             let rows = record.rows_in(start..end).iter();
             perfect.extend(rows.map(|row| (*row, [measured(&shown, row - from), own[row - start]])));
         }
@@ -245,24 +245,30 @@ impl Model {
     }
 }
 
-/// The commands of a recording up to a sample: the state of a valve with hysteresis depends on all of them.
-struct Commands<'a> {
-    record: &'a Record,
-    until: usize,
-}
+/// A simulator behind the commands of a recording up to a sample: the state of a valve with hysteresis depends on all of them.
+#[derive(Clone)]
+struct Behind(Simulator<f64, 256>);
 
-impl Commands<'_> {
-    /// A simulator that begins in a state, with these commands behind it.
-    fn then(&self, plant: &Plant<f64>, state: State<f64>) -> Simulator<f64, 256> {
+impl Behind {
+    fn of(record: &Record, plant: &Plant<f64>, until: usize) -> Self {
+        let c = plant.coefficients();
+        let state = plant.state_at_rest(0.0, c.supply_pa, c.supply_pa);
         let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
         // A play remembers all of them, a delay those that are under way.
-        let t_s = &self.record.t_s;
-        let sent_before = |t: &f64| t + plant.line_delay_s() < t_s[self.until];
-        let under_way = t_s[..self.until].partition_point(sent_before).saturating_sub(1);
+        let t_s = &record.t_s;
+        let sent_before = |t: &f64| t + plant.line_delay_s() < t_s[until];
+        let under_way = t_s[..until].partition_point(sent_before).saturating_sub(1);
         let first = if plant.added().valve_hysteresis.half_width_v > 0.0 { 0 } else { under_way };
-        for k in first..self.until {
-            simulator.recall(self.record.u_v[k], self.record.interval_s(k));
+        for k in first..until {
+            simulator.recall(record.u_v[k], record.interval_s(k));
         }
+        Self(simulator)
+    }
+
+    /// The same in a state.
+    fn begin(&self, state: State<f64>) -> Simulator<f64, 256> {
+        let mut simulator = self.0.clone();
+        simulator.set_state(state);
         simulator
     }
 }
@@ -274,10 +280,10 @@ fn deviates_within(record: &Record, range: Range<usize>) -> usize {
 }
 
 /// The recording that the sensors would have made, noise included, if the model were the rig.
-fn as_if(record: &Record, model: &Model, history: &Commands<'_>, range: Range<usize>, deviates: &[f64]) -> Record {
+fn as_if(record: &Record, model: &Model, behind: &Behind, range: Range<usize>, deviates: &[f64]) -> Record {
     let mut deviates = deviates.iter();
     let mut deviate = || deviates.next().copied().unwrap_or(0.0);
-    let mut simulator = history.then(&model.plant, measured_state(record, model, range.start));
+    let mut simulator = behind.begin(measured_state(record, model, range.start));
     let q = &record.quality;
     let mut signals = [(); 3].map(|()| Vec::with_capacity(range.len()));
     let mut unknown_v = 0.0;
@@ -331,22 +337,15 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
     }
 }
 
-/// [`predict`] over some samples of a recording, behind its own commands.
+/// [`predict`] over some samples of a recording, behind its commands.
 fn restarted(record: &Record, model: &Model, run_in: usize, samples: Range<usize>) -> Vec<[f64; 3]> {
-    predict(record, model, &Commands { record, until: run_in }, run_in, samples.start, samples.end)
+    predict(record, model, &Behind::of(record, &model.plant, run_in), run_in, samples.start, samples.end)
 }
 
 /// Predicts position and pressures, sample by sample from `start` on. The state there is the model's own, run in from `run_in`,
 /// corrected by what the rows before `start` show: no row from there on is used.
-fn predict(
-    record: &Record,
-    model: &Model,
-    history: &Commands<'_>,
-    run_in: usize,
-    start: usize,
-    end: usize,
-) -> Vec<[f64; 3]> {
-    let mut simulator = history.then(&model.plant, measured_state(record, model, run_in));
+fn predict(record: &Record, model: &Model, behind: &Behind, run_in: usize, start: usize, end: usize) -> Vec<[f64; 3]> {
+    let mut simulator = behind.begin(measured_state(record, model, run_in));
     let (mut behind_y, mut behind_pa) = (Line::default(), [Line::default(); 2]);
     let before = record.rows_in(run_in..start);
     let first = |rows: usize| before.len().checked_sub(rows).map_or(run_in, |place| before[place]);
