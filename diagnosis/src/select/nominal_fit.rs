@@ -1,6 +1,6 @@
 //! The fit of the nominal values alone, within their tolerances.
 
-use super::breakaway::{best_breakaway, from_best_breakaway};
+use super::breakaway::best_breakaway;
 use super::penalty::beyond_noise_in;
 use crate::balances::observers::Mechanics;
 use crate::constants;
@@ -23,21 +23,24 @@ pub(super) fn fitted(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit>
     let noise = problem.noise_cost(Channel::Position.bit());
     let excess = |fit: &Fit| fit.channel_cost[Channel::Position as usize] - noise;
     let open = beyond_noise_in(problem, &fit, Channel::Position.bit());
-    let other = if open { by_momentum(problem, &fit) } else { None };
+    let goal = fit.cost(problem) - (1.0 - BESIDE) * excess(&fit);
+    let other = if open { by_momentum(problem, &fit, goal) } else { None };
     let better = other.filter(|other| other.cost(problem) < fit.cost(problem) && excess(other) < BESIDE * excess(&fit));
     Some(better.unwrap_or(fit))
 }
 
 /// The same with mechanics fitted first as an equation error, which has one minimum, then as predictions: friction that is known to a
-/// third may end in a minimum beside the truth.
-fn by_momentum(problem: &Problem<'_>, fit: &Fit) -> Option<Fit> {
+/// third may end in a minimum beside the truth. Ends early where that cannot bring the cost down to a goal.
+fn by_momentum(problem: &Problem<'_>, fit: &Fit, goal: f64) -> Option<Fit> {
     let position = Channel::Position.bit();
     let mut anew = fit.hypothesis.clone();
     let mechanics = anew.parameters.iter().zip(&mut anew.values).filter(|(p, _)| p.channels == position);
     mechanics.for_each(|(p, value)| *value = p.neutral);
     let sliding = problem.judging(Mechanics::Momentum).refit(anew, position, constants::iterations())?;
-    let fit = from_best_breakaway(problem, sliding.hypothesis, position, constants::iterations())?;
-    problem.fit_and_search(best_breakaway(problem, fit.hypothesis), position, constants::iterations(), f64::INFINITY)
+    let fit_from =
+        |begun| problem.fit_and_search(best_breakaway(problem, begun), position, constants::iterations(), goal);
+    let fit = fit_from(sliding.hypothesis)?;
+    fit_from(fit.hypothesis)
 }
 
 #[cfg(test)]
