@@ -91,7 +91,7 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             }
         }
         // A large gap looks like a command that moved between rows, until causes take it away.
-        let in_doubt = record.command_moved() && reading.curve_doubt == 0.0 && asked.read_by.is_empty();
+        let in_doubt = record.command_moved() && reading.curve_doubt == 0.0 && asked.nothing();
         let until = if in_doubt { Until::LikeNoise } else { Until::NoneIsLeft };
         // A fit can only fail on a rig that cannot be simulated, which was checked above.
         let Some(selected) = search::select(&mut problem, &nominal, begin.take(), until, progress) else {
@@ -166,6 +166,11 @@ impl Asked {
     fn read(&mut self, readings: usize) {
         self.readings += readings;
         (self.nominal_noise, self.noise) = (false, false);
+    }
+
+    /// Whether causes were never asked for another reading of the rows.
+    fn nothing(&self) -> bool {
+        self.readings == 0 && self.read_by.is_empty()
     }
 
     /// What causes explain may have looked like a command that moved between rows, or the other way round, or by more than it did. And
