@@ -22,7 +22,7 @@ use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
 use crate::select::held_rows::held_with_a_cause;
 use crate::select::penalty::{beyond_noise, ends_at_bound};
-use crate::select::search::{self, Begin, Found, Until};
+use crate::select::search::{self, Begin, Ends, Found};
 use crate::validate::hold_out::{self, Predictions};
 use crate::validate::{closure, foreign_terms, support, verdict};
 use plant_model::{Effect, Plant};
@@ -92,20 +92,19 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
         }
         // A large gap looks like a command that moved between rows, until causes take it away.
         let in_doubt = record.command_moved() && reading.curve_doubt == 0.0 && asked.nothing();
-        let until = if in_doubt { Until::LikeNoise } else { Until::NoneIsLeft };
+        let mut other = None;
+        let mut ends = |fit: &Fit| {
+            other = asked.another_reading(&between_rows, &reading, &fit.hypothesis);
+            other.is_some()
+        };
+        let ends: Option<&mut Ends<'_>> = if in_doubt { Some(&mut ends) } else { None };
         // A fit can only fail on a rig that cannot be simulated, which was checked above.
-        let Some(selected) = search::select(&mut problem, &nominal, begin.take(), until, progress) else {
+        let Some(selected) = search::select(&mut problem, &nominal, begin.take(), ends, progress) else {
             return Err(DiagnosisError::NothingToJudge);
         };
-        let again = match selected.finished {
-            true => asked.again(&between_rows, &reading, &problem, selected.fit()),
-            false => asked.another_reading(&between_rows, &reading, &selected.fit().hypothesis),
-        };
-        if again.is_some() || !selected.finished {
+        if let Some(again) = other.or_else(|| asked.again(&between_rows, &reading, &problem, selected.fit())) {
             begin = Some(selected.begin());
-            if let Some(again) = again {
-                again.take_over(&mut reading, &mut record);
-            }
+            again.take_over(&mut reading, &mut record);
             continue;
         }
         let found = search::compare(&problem, selected, progress);

@@ -26,7 +26,7 @@ pub(crate) struct Mistake {
     pub(crate) undone: Log,
 }
 
-/// What contradicts the rig or itself.
+/// What contradicts the rig or itself, in a log and the record made of it.
 pub(crate) fn contradictions(rig: &RigFile, log: &Log, record: &Record) -> Vec<Flaw> {
     if let Some(columns) = channels::dead(log) {
         return vec![contradiction(

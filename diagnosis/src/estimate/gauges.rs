@@ -23,10 +23,11 @@ pub(crate) fn chambers_as_gauge(
     let read = |log: &Log, from: &Hypothesis, steps| {
         reading.read(log, |problem| problem.refit(from.clone(), reading.judgeable, steps))
     };
+    // What is like noise needs no other reading.
     if read(&reading.part, fitted, 0)?.is_noise() {
         return None;
     }
-    // Not worth a fit unless the rig as stated is better off already.
+    // Nor where the rig as stated is not better off already.
     let stated = Hypothesis::null(reading.nominal);
     let as_stated = read(&reading.part, &stated, 0)?;
     let undone = mapping::gauges(rig, &reading.part).into_par_iter().filter(|(supply, _)| !supply);

@@ -74,17 +74,18 @@ fn forward_selection(
 
 /// How far causes are looked for.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Until {
+enum Until {
     /// Until no more are found.
     NoneIsLeft,
-    /// Until what they leave is like noise: the way rows are read by them is asked for then, and another one would end the search.
+    /// Until what they leave is like noise.
     LikeNoise,
 }
 
+/// Whether the search ends with some causes.
+pub(crate) type Ends<'a> = dyn FnMut(&Fit) -> bool + 'a;
+
 /// Causes that were not yet compared with others.
 pub(crate) struct Selected {
-    /// Whether none was left to be found.
-    pub(crate) finished: bool,
     null: Fit,
     forward: Fit,
     pruned: Pruned,
@@ -119,12 +120,12 @@ impl Begin {
 }
 
 /// Selects causes of the gap, from what was found before if there is any; the problem's dispersion is then that of what they leave.
-/// `progress` hears what is being done.
+/// As soon as causes leave noise alone, `ends` is asked whether more are looked for. `progress` hears what is being done.
 pub(crate) fn select(
     problem: &mut Problem<'_>,
     nominal: &Hypothesis,
     begin: Option<Begin>,
-    until: Until,
+    ends: Option<&mut Ends<'_>>,
     progress: &dyn Fn(&str),
 ) -> Option<Selected> {
     progress("nominal model");
@@ -135,10 +136,16 @@ pub(crate) fn select(
     let known = known.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
     let start = known.unwrap_or_else(|| null.clone());
     let most = constants::most_causes();
+    let until = if ends.is_some() { Until::LikeNoise } else { Until::NoneIsLeft };
     let mut current = forward_selection(problem, start, (most, until), &mut memory, progress);
-    if until == Until::LikeNoise && leaves_noise(problem, &current) {
-        let pruned = Pruned { fit: current.clone(), without: Vec::new() };
-        return Some(Selected { finished: false, null, forward: current, pruned, memory });
+    if let Some(ends) = ends
+        && leaves_noise(problem, &current)
+    {
+        if ends(&current) {
+            let pruned = Pruned { fit: current.clone(), without: Vec::new() };
+            return Some(Selected { null, forward: current, pruned, memory });
+        }
+        current = forward_selection(problem, current, (most, Until::NoneIsLeft), &mut memory, progress);
     }
     let until = Until::NoneIsLeft;
     // A wrong first cause can mislead the choice of all later ones. Then the search starts again from other first
@@ -181,12 +188,12 @@ pub(crate) fn select(
         let fit = forward_selection(problem, pruned.fit, (most, until), &mut memory, progress);
         pruned = Pruned::as_it_is(problem, fit);
     }
-    Some(Selected { finished: true, null, forward, pruned, memory })
+    Some(Selected { null, forward, pruned, memory })
 }
 
 /// Compares the causes selected with others that explain the log as well, and leaves out what is needless.
 pub(crate) fn compare(problem: &Problem<'_>, selected: Selected, progress: &dyn Fn(&str)) -> Found {
-    let Selected { null, forward, pruned, mut memory, .. } = selected;
+    let Selected { null, forward, pruned, mut memory } = selected;
     progress("alternatives");
     let (best, alternatives) = exchange(problem, pruned, &mut memory);
     let (best, alternatives) = exchange_images(problem, best, alternatives, &mut memory);
