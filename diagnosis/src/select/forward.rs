@@ -70,7 +70,7 @@ pub(crate) fn ranked_candidates(
     for (k, gain) in gains(those(&|effect| effect.identification().acts_locally)) {
         scores[k] = scores[k].max(gain);
     }
-    // Tolerances count as much in the subset: what gains nothing there gains nothing in the whole log.
+    // Only those that gain in the subset, and of these the best: the whole log decides between them.
     let mut moving = those(&effects::moves_nominal_values);
     moving.retain(|k| scores[*k] > 0.0);
     moving.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));

@@ -246,7 +246,6 @@ impl Model {
 }
 
 /// A simulator behind the commands of a recording up to a sample: the state of a valve with hysteresis depends on all of them.
-#[derive(Clone)]
 struct Behind(Simulator<f64, 256>);
 
 impl Behind {
@@ -337,7 +336,7 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
     }
 }
 
-/// [`predict`] over some samples of a recording, behind its commands.
+/// [`predict`] over some samples of a recording, behind its own commands.
 fn restarted(record: &Record, model: &Model, run_in: usize, samples: Range<usize>) -> Vec<[f64; 3]> {
     predict(record, model, &Behind::of(record, &model.plant, run_in), run_in, samples.start, samples.end)
 }
