@@ -44,6 +44,7 @@ pub mod valve_flow;
 
 pub use coefficients::{Coefficients, ValvePaths};
 pub use effects::opening_curve::OpeningParabola;
+pub use effects::position_lag::Terms as PositionLag;
 pub use effects::pressure_lag::Terms as PressureLag;
 pub use effects::wall_heat::{Law as WallHeatLaw, Walls};
 pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};

@@ -48,6 +48,8 @@ pub struct State<R> {
     pub p_a_sensed_pa: R,
     /// Pressure of B behind the sensor's lag, Pa absolute, offset not included (`pressure-lag`).
     pub p_b_sensed_pa: R,
+    /// Position behind the sensor's lag, before its scale, m (`position-lag`).
+    pub y_sensed_m: R,
     /// How much warmer the air of A is than the supply, relative to the supply's temperature (`wall-heat`).
     pub warmth_a: R,
     /// How much warmer the air of B is than the supply, relative to the supply's temperature (`wall-heat`).
@@ -566,6 +568,7 @@ impl<R: Real> Plant<R> {
             p_sup_pa: self.model.supply_pa,
             p_a_sensed_pa: p_a_pa,
             p_b_sensed_pa: p_b_pa,
+            y_sensed_m: y_m,
             ..State::default()
         }
     }

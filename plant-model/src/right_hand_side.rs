@@ -121,6 +121,9 @@ impl<R: Real> Plant<R> {
             state.p_a_sensed_pa = state.p_a_pa;
             state.p_b_sensed_pa = state.p_b_pa;
         }
+        if !added.position_lag.is_present() {
+            state.y_sensed_m = state.y_m;
+        }
         if !added.wall_heat.is_present() {
             (state.warmth_a, state.warmth_b) = (R::ZERO, R::ZERO);
         }
@@ -133,6 +136,7 @@ impl<R: Real> Plant<R> {
         state.p_sup_pa = drive.supply_pa;
         state.p_a_sensed_pa = state.p_a_pa;
         state.p_b_sensed_pa = state.p_b_pa;
+        state.y_sensed_m = state.y_m;
         (state.warmth_a, state.warmth_b) = (R::ZERO, R::ZERO);
     }
 
@@ -312,6 +316,7 @@ impl<R: Real> Plant<R> {
             rates.p_sup_pa = self.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
             rates.p_a_sensed_pa = self.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
             rates.p_b_sensed_pa = self.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);
+            rates.y_sensed_m = self.added.position_lag.rate(state.y_m, state.y_sensed_m);
             (rates.warmth_a, rates.warmth_b) = (warmth_a.rate, warmth_b.rate);
         }
 

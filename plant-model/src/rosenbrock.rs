@@ -63,6 +63,8 @@ struct Extra<R> {
     b_supply: R,
     sensed: R,
     sensed_gain: R,
+    y_sensed: R,
+    y_sensed_gain: R,
     /// Present where the chambers' air has a temperature of its own.
     warmths: Option<[Warmth<R>; 2]>,
 }
@@ -114,6 +116,7 @@ impl<R: Real> Extra<R> {
         let added = &plant.added;
         let supply = R::ONE / (diagonal - j.supply_supply);
         let sensed_gain = added.pressure_lag.inverse_s();
+        let y_sensed_gain = added.position_lag.inverse_s();
         // Only the chamber that is being filled depends on the supply, and the supply on it.
         let fills_a = j.a_supply != R::ZERO;
         let coupling = j.supply_filled * supply;
@@ -129,6 +132,8 @@ impl<R: Real> Extra<R> {
             b_supply: j.b_supply,
             sensed: R::ONE / (diagonal + sensed_gain),
             sensed_gain,
+            y_sensed: R::ONE / (diagonal + y_sensed_gain),
+            y_sensed_gain,
             warmths: None,
         }
     }
@@ -255,6 +260,7 @@ impl<R: Real> Stages<R> {
             k.p_sup_pa += x.filled_a * k.p_a_pa + x.filled_b * k.p_b_pa;
             k.p_a_sensed_pa = (r.p_a_sensed_pa + x.sensed_gain * k.p_a_pa) * x.sensed;
             k.p_b_sensed_pa = (r.p_b_sensed_pa + x.sensed_gain * k.p_b_pa) * x.sensed;
+            k.y_sensed_m = (r.y_sensed_m + x.y_sensed_gain * k.y_m) * x.y_sensed;
             if let Some([warmth_a, warmth_b]) = &x.warmths {
                 k.warmth_a = warmth_a.solve(r.warmth_a, [k.p_a_pa, k.p_b_pa], &k);
                 k.warmth_b = warmth_b.solve(r.warmth_b, [k.p_b_pa, k.p_a_pa], &k);
@@ -282,6 +288,7 @@ impl<R: Real> State<R> {
             product.p_sup_pa = factor * self.p_sup_pa;
             product.p_a_sensed_pa = factor * self.p_a_sensed_pa;
             product.p_b_sensed_pa = factor * self.p_b_sensed_pa;
+            product.y_sensed_m = factor * self.y_sensed_m;
             product.warmth_a = factor * self.warmth_a;
             product.warmth_b = factor * self.warmth_b;
         }
@@ -305,6 +312,7 @@ impl<R: Real> State<R> {
             sum.p_sup_pa = self.p_sup_pa + factor * other.p_sup_pa;
             sum.p_a_sensed_pa = self.p_a_sensed_pa + factor * other.p_a_sensed_pa;
             sum.p_b_sensed_pa = self.p_b_sensed_pa + factor * other.p_b_sensed_pa;
+            sum.y_sensed_m = self.y_sensed_m + factor * other.y_sensed_m;
             sum.warmth_a = self.warmth_a + factor * other.warmth_a;
             sum.warmth_b = self.warmth_b + factor * other.warmth_b;
         }
@@ -385,20 +393,31 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const STATES: usize = 12;
+    const STATES: usize = 13;
     /// Sizes for which a change is felt, by component: for difference quotients.
-    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1, 1e2];
+    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1, 1e2, 1e-2];
 
     fn to_array(s: &State<f64>) -> [f64; STATES] {
-        let gas = [s.p_a_sensed_pa, s.p_b_sensed_pa, s.warmth_a, s.warmth_b];
-        let [sensed_a, sensed_b, warmth_a, warmth_b] = gas;
-        let [w, w_rate] = [s.spool_v, s.spool_v_per_s];
-        [s.y_m, s.v_m_per_s, s.p_a_pa, s.p_b_pa, s.z_m, w, s.p_sup_pa, sensed_a, sensed_b, warmth_a, warmth_b, w_rate]
+        [
+            s.y_m,
+            s.v_m_per_s,
+            s.p_a_pa,
+            s.p_b_pa,
+            s.z_m,
+            s.spool_v,
+            s.p_sup_pa,
+            s.p_a_sensed_pa,
+            s.p_b_sensed_pa,
+            s.warmth_a,
+            s.warmth_b,
+            s.spool_v_per_s,
+            s.y_sensed_m,
+        ]
     }
 
     fn to_state(x: &[f64; STATES]) -> State<f64> {
         let [y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, rest @ ..] = *x;
-        let [p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b, spool_v_per_s] = rest;
+        let [p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b, spool_v_per_s, y_sensed_m] = rest;
         State {
             y_m,
             v_m_per_s,
@@ -410,6 +429,7 @@ mod tests {
             p_sup_pa,
             p_a_sensed_pa,
             p_b_sensed_pa,
+            y_sensed_m,
             warmth_a,
             warmth_b,
         }
@@ -471,7 +491,7 @@ mod tests {
             warmths in (-0.15f64..0.15, -0.15f64..0.15),
             spool in (prop_oneof![Just(0.0), 0.05f64..1.5], -300.0f64..300.0),
             corners in (prop_oneof![Just(0.0), 0.02f64..0.4], prop_oneof![Just(0.0), -0.4f64..0.4], prop_oneof![Just(0.0), 0.3f64..1.0]),
-            r in proptest::array::uniform12(-1.0f64..1.0),
+            r in proptest::array::uniform13(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
             rig.friction.damping_n_s_per_m = 450.0;
@@ -506,7 +526,7 @@ mod tests {
             let Ok(plant) = Plant::new(&rig, &effects) else { return Ok(()) };
             let inputs = Inputs { u_v: u.0, external_force_n: 3.0, supply_pa: 7e5 };
             let drive = plant.drive(&inputs);
-            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1, spool.1]);
+            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1, spool.1, y + 0.003]);
             plant.settle(&mut state, &drive);
             // States that follow their sources at once have no rate: their right-hand side is zero.
             let mut right: [f64; STATES] = core::array::from_fn(|i| r[i] * SCALE[i] / h);
@@ -514,6 +534,7 @@ mod tests {
             if !plant.added.valve_lag.has_inertia() { right[11] = 0.0; }
             if !plant.added.supply_droop.is_present() { right[6] = 0.0; }
             if !plant.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
+            if !plant.added.position_lag.is_present() { right[12] = 0.0; }
             if !plant.added.wall_heat.is_present() { right[9] = 0.0; right[10] = 0.0; }
 
             let check = |k: State<f64>, rates: &dyn Fn(&State<f64>) -> State<f64>| {

@@ -1,4 +1,4 @@
-//! What the sensors make of the state: gain, offsets, and a position signal that comes late.
+//! What the sensors make of the state: gain, offsets, and a position signal that comes late. Lags are states of the plant.
 
 use crate::effects::Added;
 use crate::measurement::Measurement;
@@ -18,7 +18,7 @@ impl<R: Real, const N: usize> Sensors<R, N> {
         Self { delay_s, past: Deque::new() }
     }
 
-    /// Records the position at the start of an interval of `dt` seconds.
+    /// Records the position behind its lag at the start of an interval of `dt` seconds.
     #[inline]
     pub(crate) fn record(&mut self, y_m: R, dt_s: R) {
         if self.delay_s <= R::ZERO {
@@ -35,7 +35,7 @@ impl<R: Real, const N: usize> Sensors<R, N> {
     #[inline]
     pub(crate) fn measure(&self, added: &Added<R>, state: &State<R>) -> Measurement<R> {
         added.sense(Measurement {
-            y_m: self.late_position(state.y_m),
+            y_m: self.late_position(state.y_sensed_m),
             p_a_pa: state.p_a_sensed_pa,
             p_b_pa: state.p_b_sensed_pa,
             p_sup_pa: state.p_sup_pa,

@@ -72,7 +72,7 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     /// Holds inputs for `dt` seconds.
     #[inline]
     pub fn advance_with(&mut self, inputs: &Inputs<R>, dt_s: R) {
-        self.sensors.record(self.state.y_m, dt_s);
+        self.sensors.record(self.state.y_sensed_m, dt_s);
         let (plant, state, stepper) = (&self.plant, &mut self.state, &mut self.stepper);
         if let Some(u_v) = self.command_path.pass(inputs.u_v) {
             stepper.advance_inline(plant, state, &Inputs { u_v, ..*inputs }, dt_s);

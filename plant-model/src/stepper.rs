@@ -311,7 +311,7 @@ fn stop_at_ends<R: Real>(plant: &Plant<R>, state: &mut State<R>) {
 impl<R: Real> State<R> {
     /// All components finite, absolute pressures positive.
     fn is_physical(&self) -> bool {
-        let motion = self.y_m + self.v_m_per_s + self.z_m + self.spool_v + self.spool_v_per_s;
+        let motion = self.y_m + self.y_sensed_m + self.v_m_per_s + self.z_m + self.spool_v + self.spool_v_per_s;
         let pressures = self.p_a_pa + self.p_b_pa + self.p_sup_pa + self.p_a_sensed_pa + self.p_b_sensed_pa;
         let temperatures = self.warmth_a > -R::ONE && self.warmth_b > -R::ONE;
         let finite = (motion + pressures + self.warmth_a + self.warmth_b).is_finite();
@@ -333,6 +333,7 @@ impl<R: Real> Weights<R> {
         if EXTENDED {
             sum += square(error.spool_v, self.spool) + square(error.p_sup_pa, self.pressure);
             sum += square(error.p_a_sensed_pa, self.pressure) + square(error.p_b_sensed_pa, self.pressure);
+            sum += square(error.y_sensed_m, self.position);
             // Warmth and pressure err alike where a relative change of one is as large as one of the other.
             let warmth = self.pressure * R::of(WARMTH_PRESSURE_PA);
             sum += square(error.warmth_a, warmth) + square(error.warmth_b, warmth);

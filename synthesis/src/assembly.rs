@@ -65,6 +65,7 @@ impl Physics {
             stribeck: f.stribeck_velocity_m_per_s,
             breakaway: f.breakaway_m,
             y_delay_s: 0.0,
+            y_lag_s: 0.0,
             sensor_s: 0.0,
             present: Vec::new(),
             outside: Outside::default(),

@@ -69,6 +69,8 @@ pub struct Physics {
     pub(crate) stribeck: f64,
     pub(crate) breakaway: f64,
     pub(crate) y_delay_s: f64,
+    /// Time constant of the position sensor, s.
+    pub(crate) y_lag_s: f64,
     pub(crate) sensor_s: f64,
     /// Heat transfer coefficient of the walls, W/(m2 K): the air's temperature is then a state.
     pub(crate) walls: Option<f64>,

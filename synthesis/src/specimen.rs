@@ -30,6 +30,7 @@ pub struct Specimen {
     spool: f64,
     spool_speed: f64,
     supply: f64,
+    sensed_y: f64,
     sensed_a: f64,
     sensed_b: f64,
     load_y: f64,
@@ -59,6 +60,7 @@ impl Specimen {
             spool: 0.0,
             spool_speed: 0.0,
             supply: physics.supply_pa,
+            sensed_y: y_m,
             sensed_a: p_a_pa,
             sensed_b: p_b_pa,
             load_y: y_m,
@@ -123,12 +125,14 @@ impl Specimen {
         for index in 0..steps as usize {
             let now = self.time_s + h * index as f64;
             if self.physics.y_delay_s > 0.0 {
-                self.positions.push_back((now, self.y));
+                self.positions.push_back((now, self.sensed_y));
             }
             self.move_spool(target, spool_decay, 0.25 * h);
             self.gas(0.5 * h, now + 0.25 * h);
             self.move_spool(target, spool_decay, 0.25 * h);
+            let before = self.y;
             self.mechanics(h, now + 0.5 * h);
+            self.sense_position(before, h);
             self.move_spool(target, spool_decay, 0.25 * h);
             self.gas(0.5 * h, now + 0.75 * h);
             self.move_spool(target, spool_decay, 0.25 * h);
@@ -307,6 +311,17 @@ impl Specimen {
         -force
     }
 
+    /// The position sensor over `h` seconds in which the piston went from `before` straight to where it is: exact.
+    fn sense_position(&mut self, before: f64, h: f64) {
+        let tau = self.physics.y_lag_s;
+        if tau <= 0.0 {
+            self.sensed_y = self.y;
+            return;
+        }
+        let behind = tau * (self.y - before) / h;
+        self.sensed_y = self.y - behind + (self.sensed_y - before + behind) * (-h / tau).exp();
+    }
+
     /// What ideal sensors show now.
     #[must_use]
     pub fn read(&self) -> Reading {
@@ -320,7 +335,7 @@ impl Specimen {
 
     fn late_position(&self) -> f64 {
         let at = self.time_s - self.physics.y_delay_s;
-        let mut later = (self.time_s, self.y);
+        let mut later = (self.time_s, self.sensed_y);
         for &earlier in self.positions.iter().rev() {
             if earlier.0 <= at {
                 let part = if later.0 > earlier.0 { (at - earlier.0) / (later.0 - earlier.0) } else { 0.0 };

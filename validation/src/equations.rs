@@ -20,14 +20,16 @@ pub mod state {
     pub const M_A: usize = 7;
     /// Lagged pressure signal of B, Pa absolute.
     pub const M_B: usize = 8;
+    /// Lagged position signal, m.
+    pub const M_Y: usize = 9;
 }
 
 /// Number of components of the state vector.
-pub const NUMBER_OF_STATES: usize = 9;
+pub const NUMBER_OF_STATES: usize = 10;
 
 /// Parameters by the paper's symbols (Tables 1 and 2), then those of the additional effects. SI units.
 ///
-/// States 5 to 8 follow their sources at once where their time constant is zero.
+/// States 5 to 9 follow their sources at once where their time constant is zero.
 #[derive(Clone, Debug)]
 #[allow(missing_docs, reason = "the paper's symbols; the additional ones are commented below")]
 pub struct Reference {
@@ -79,6 +81,8 @@ pub struct Reference {
     pub k_pressure: f64,
     /// Time constant of both pressure signals, s.
     pub tau_pressure: f64,
+    /// Position sensor time constant, s.
+    pub tau_position: f64,
 }
 
 fn sign(x: f64) -> f64 {
@@ -124,6 +128,7 @@ impl Reference {
             wave: None,
             k_pressure: 0.0,
             tau_pressure: 0.0,
+            tau_position: 0.0,
         }
     }
 
@@ -149,7 +154,7 @@ impl Reference {
     #[must_use]
     pub fn start(&self) -> [f64; NUMBER_OF_STATES] {
         let p = (self.beta_ench * self.p_sup + self.beta_esv * self.p_atm) / (self.beta_ench + self.beta_esv);
-        [0.0, 0.0, p, p, 0.0, 0.0, self.p_sup, p, p]
+        [0.0, 0.0, p, p, 0.0, 0.0, self.p_sup, p, p, 0.0]
     }
 
     /// (3.1).
@@ -253,8 +258,9 @@ impl Reference {
             let drawn = if w >= 0.0 { q_ma } else { -q_mb };
             (self.p_sup - k * drawn - x[state::P_SUP]) / tau
         });
-        let lag = |p: f64, m: f64| if self.tau_pressure > 0.0 { (p - m) / self.tau_pressure } else { 0.0 };
-        rates[state::M_A] = lag(p_a, x[state::M_A]);
-        rates[state::M_B] = lag(p_b, x[state::M_B]);
+        let lag = |tau: f64, x: f64, m: f64| if tau > 0.0 { (x - m) / tau } else { 0.0 };
+        rates[state::M_A] = lag(self.tau_pressure, p_a, x[state::M_A]);
+        rates[state::M_B] = lag(self.tau_pressure, p_b, x[state::M_B]);
+        rates[state::M_Y] = lag(self.tau_position, y, x[state::M_Y]);
     }
 }

@@ -13,7 +13,7 @@ pub enum Method {
 }
 
 /// The size of each component that counts as ordinary, for the error control.
-const SCALE: [f64; NUMBER_OF_STATES] = [1e-2, 1e-1, 1e4, 1e4, 1e-5, 1.0, 1e5, 1e4, 1e4];
+const SCALE: [f64; NUMBER_OF_STATES] = [1e-2, 1e-1, 1e4, 1e4, 1e-5, 1.0, 1e5, 1e4, 1e4, 1e-2];
 
 impl Reference {
     /// The state after every interval of `dt` seconds in which the command is held at one of `commands`, in V; to a
@@ -59,4 +59,4 @@ impl Reference {
     }
 }
 
-const _: () = assert!(state::M_B + 1 == NUMBER_OF_STATES);
+const _: () = assert!(state::M_Y + 1 == NUMBER_OF_STATES);

@@ -64,6 +64,7 @@ impl Meaning {
             Effect::PressureAOffset => self.offset_a = p[0],
             Effect::PressureBOffset => self.offset_b = p[0],
             Effect::PressureLag => r.tau_pressure = p[0],
+            Effect::PositionLag => r.tau_position = p[0],
             Effect::PositionDelay => self.position_delay_ticks = whole_ticks(p[0]),
             #[allow(unreachable_patterns, reason = "whoever adds an effect need not teach it to the reference too")]
             _ => return false,
@@ -78,7 +79,8 @@ impl Meaning {
             .map(|k| {
                 let x = &trace[k];
                 let lagged = r.tau_pressure > 0.0;
-                let y = k.checked_sub(self.position_delay_ticks).map_or(0.0, |k| trace[k][state::Y]);
+                let signal = if r.tau_position > 0.0 { state::M_Y } else { state::Y };
+                let y = k.checked_sub(self.position_delay_ticks).map_or(0.0, |k| trace[k][signal]);
                 Measurement {
                     y_m: self.position_scale * y,
                     p_a_pa: self.offset_a + x[if lagged { state::M_A } else { state::P_A }],

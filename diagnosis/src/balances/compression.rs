@@ -2,7 +2,7 @@
 
 use crate::data::record::Record;
 use crate::data::split::{Stretch, samples};
-use plant_model::{Plant, Side};
+use plant_model::{Plant, PositionLag, Side};
 
 /// The parameters that the effect of the motion on a chamber's air depends on.
 #[derive(Clone, Copy, PartialEq)]
@@ -11,6 +11,7 @@ pub(crate) struct Geometry {
     /// Signed: the volume grows with it times the position.
     area_m2: f64,
     smallest_m3: f64,
+    position_lag: PositionLag<f64>,
     position_delay_s: f64,
     /// The true position at three readings of the sensor: alike for sensors that are alike.
     sensor_m: [f64; 3],
@@ -46,6 +47,7 @@ impl Geometry {
             volume_0_m3,
             area_m2: grows * plant.area_m2(side),
             smallest_m3: plant.minimum_volume_m3(side),
+            position_lag: plant.added().position_lag,
             position_delay_s: plant.position_delay_s(),
             sensor_m: [-0.5, 0.1, 0.5].map(|part| plant.true_position_m(part * c.half_stroke_m)),
             exponent: c.exponent,
@@ -55,8 +57,18 @@ impl Geometry {
 
     /// The piston's place at sample `k`.
     pub(super) fn place(&self, record: &Record, plant: &Plant<f64>, k: usize) -> Place {
-        let y_m = plant.true_position_m(position(record, k, self.position_delay_s));
+        let y_m = plant.true_position_m(self.position_m(record, k));
         Place { y_m, volume_m3: (self.volume_0_m3 + self.area_m2 * y_m).max(self.smallest_m3) }
+    }
+
+    /// What the position sensor would show at sample `k` without lag and delay.
+    fn position_m(&self, record: &Record, k: usize) -> f64 {
+        let ahead = |k| record.position_ahead_m(k, &self.position_lag);
+        if self.position_delay_s > 0.0 {
+            record.moment(k, self.position_delay_s, 0..record.len()).of_each(|k| [ahead(k)])[0]
+        } else {
+            ahead(k)
+        }
     }
 
     /// The compression on the way from one place to another within `dt_s`.
@@ -90,11 +102,4 @@ pub(crate) fn compression(record: &Record, plant: &Plant<f64>, g: &Geometry, str
 fn polytropic(x: f64, n: f64) -> f64 {
     let e = x - 1.0;
     1.0 + n * e * (1.0 + 0.5 * (n - 1.0) * e * (1.0 + (n - 2.0) / 3.0 * e))
-}
-
-/// The smoothed measured position at the time `delay` after sample `k`: what was true at sample `k` if the signal is
-/// late by `delay`.
-fn position(record: &Record, k: usize, delay_s: f64) -> f64 {
-    let y = &record.y_smooth.value;
-    if delay_s > 0.0 { record.moment(k, delay_s, 0..y.len()).of(y) } else { y[k] }
 }

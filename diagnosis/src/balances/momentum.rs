@@ -22,7 +22,8 @@ pub(crate) fn momentum(
     added_n: &[f64],
     stretches: &[Stretch],
 ) -> Vec<f64> {
-    let slides = 2.0 * at_rest_m_per_s(record);
+    let lag = plant.added().position_lag;
+    let slides = 2.0 * at_rest_m_per_s(record) * record.velocity_error_ahead(&lag);
     let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m());
     let timing = Timing::of(plant);
     let zero = plant.true_position_m(0.0);
@@ -35,7 +36,7 @@ pub(crate) fn momentum(
         places += stretch.range().len();
         // The force that accelerates a sliding piston, N; NaN at rest or at an end.
         let force_n = |k: usize| {
-            let shown = [record.motion.value[k], record.motion.slope[k]];
+            let shown = record.motion_ahead(k, &lag);
             if record.at_end[k] || shown[1].abs() < slides {
                 return f64::NAN;
             }
@@ -67,10 +68,14 @@ pub(crate) fn momentum(
                     let dt = 0.5 * (record.t_s[(k + 1).min(end)] - record.t_s[k.saturating_sub(1).max(start)]);
                     let cosine = (rate * since).cos();
                     impulse += 0.5 * (1.0 - cosine) * force[within(k)] * dt;
-                    let curved = 0.5 * rate * rate * cosine * dt;
+                    // A lag is undone in the signal, `y = y_m + tau y_m'`: by parts, one more derivative of the weight.
+                    let sine = (rate * since).sin();
+                    let curved = 0.5 * rate * rate * (cosine + lag.time_constant_s * rate * sine) * dt;
                     let off_line = record.y_m[k] - record.y_m[start] - line * since;
                     gained += curved * off_line;
-                    way += (0.5 * (1.0 - cosine) * line - 0.5 * rate * (rate * since).sin() * off_line) * dt;
+                    way += (0.5 * (1.0 - cosine) * line
+                        - 0.5 * rate * (sine - lag.time_constant_s * rate * cosine) * off_line)
+                        * dt;
                     noise += curved * curved;
                 }
                 let gained = plant.true_position_m(gained) - zero;

@@ -1,13 +1,14 @@
 //! The force balance: the position predicted from the chamber pressures as measured (3.8 to 3.12).
 
+use super::decay::Decay;
 use super::force::{Driving, Forces, Timing, added_at, driving};
 use super::in_turns::{Prediction, halves, in_turns};
 use super::judged::judged;
-use super::piston::{Piston, at_rest_m_per_s};
+use super::piston::{Piston, at_rest_m_per_s, truly_at_rest_m_per_s};
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, samples};
-use plant_model::Plant;
+use plant_model::{Plant, PositionLag};
 
 /// Whether one of two velocities means rest and the other motion.
 fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
@@ -54,6 +55,10 @@ struct Motion<'a> {
     k: usize,
     force: Driving,
     piston: Piston,
+    /// What the position sensor has made of the piston's position so far, m.
+    sensed: f64,
+    lag: PositionLag<f64>,
+    decay: Option<Decay>,
     /// A prediction that breaks away before the real piston waits until that one moves.
     waits: bool,
     errors: Vec<f64>,
@@ -78,7 +83,7 @@ impl<'a> Motion<'a> {
             added_n,
             timing: Timing::of(plant),
             inverse_sigma: 1.0 / (sigma * record.observer_noise),
-            at_rest: plant.true_position_m(at_rest_m_per_s(record)) - zero,
+            at_rest: truly_at_rest_m_per_s(record, plant),
             zero,
             stretch: Stretch { start: 0, end: 0, held_back: false },
             first,
@@ -87,6 +92,9 @@ impl<'a> Motion<'a> {
             k: 0,
             force: Driving { force_n: 0.0, p_a_pa: 0.0, p_b_pa: 0.0 },
             piston: Piston { y: 0.0, v: 0.0, z: 0.0 },
+            sensed: 0.0,
+            lag: plant.added().position_lag,
+            decay: Decay::of(plant.added().position_lag.time_constant_s),
             waits: false,
             errors: Vec::with_capacity(samples(stretches)),
         };
@@ -110,14 +118,30 @@ impl<'a> Motion<'a> {
     /// Goes on from the measured motion at the sample at hand.
     fn restart(&mut self) {
         self.force = self.driving(self.k);
-        self.piston = Piston::start(self.record, self.at_rest, self.plant, &self.force, self.k);
+        self.restart_at(self.k);
+    }
+
+    /// Puts the piston, with the force at hand, where the measurement shows it at a sample.
+    fn restart_at(&mut self, k: usize) {
+        self.piston = Piston::start(self.record, self.at_rest, self.plant, &self.force, k);
+        self.sensed = self.plant.true_position_m(self.record.motion.value[k]);
+    }
+
+    /// What the sensor makes of the piston's way over an interval from a place and a velocity.
+    #[inline(always)]
+    fn sense(&mut self, [y, v]: [f64; 2], dt_s: f64) {
+        let Piston { y: y_after, v: v_after, .. } = self.piston;
+        self.sensed = match &mut self.decay {
+            Some(decay) => self.lag.over(self.sensed, [y, y_after], [v, v_after], dt_s, decay.after(dt_s)),
+            None => y_after,
+        };
     }
 
     /// What drives the piston at a sample of the stretch at hand.
     #[inline(always)]
     fn driving(&self, k: usize) -> Driving {
         let added = added_at(self.record, &self.timing, self.added_n, &self.stretch, k);
-        let shown = [self.record.motion.value[k], self.record.motion.slope[k]];
+        let shown = self.record.motion_ahead(k, &self.lag);
         driving(self.plant, self.forces, self.first + k - self.stretch.start, shown, added)
     }
 }
@@ -148,7 +172,7 @@ impl Prediction for Motion<'_> {
             return;
         }
         // Between rows nothing was measured, and nothing is corrected.
-        let error = if row { record.y_m[k] - plant.shown_position_m(self.piston.y) } else { 0.0 };
+        let error = if row { record.y_m[k] - plant.shown_position_m(self.sensed) } else { 0.0 };
         // The same error as a true distance.
         let behind = plant.true_position_m(error) - zero;
         if row {
@@ -159,31 +183,42 @@ impl Prediction for Motion<'_> {
             return;
         }
         let w = omega * if row { record.to_next_row_s(k) } else { 0.0 };
-        self.piston.y += behind * (core::f64::consts::SQRT_2 * w).min(0.5);
-        let measured_v = plant.true_position_m(record.motion.slope[k]) - zero;
+        let drawn = behind * (core::f64::consts::SQRT_2 * w).min(0.5);
+        self.piston.y += drawn;
+        self.sensed += drawn;
+        let measured_v = plant.true_position_m(record.motion_ahead(k, &self.lag)[1]) - zero;
         if self.waits {
             self.force = self.driving(k + 1);
             self.waits = measured_v.abs() < 2.0 * at_rest;
-            if !self.waits {
-                self.piston = Piston::start(record, at_rest, plant, &self.force, k + 1);
+            if self.waits {
+                self.sense([self.piston.y, self.piston.v], record.interval_s(k));
+            } else {
+                self.restart_at(k + 1);
             }
             return;
         }
         // Not at rest: corrections by noise would make the bristles of a resting piston break away too early.
         if self.piston.v.abs() > at_rest || measured_v.abs() > at_rest {
-            self.piston.v += behind * omega * w;
+            let faster = behind * omega * w;
+            self.piston.v += faster;
+            // A piston is `tau v` ahead of a sensor that lags. So corrected, the observer has a pole of the sensor's own,
+            // which its zero cancels: noise makes the same errors whatever the lag, and favours none.
+            self.piston.y += self.lag.time_constant_s * faster;
         }
         let next = self.driving(k + 1);
         if error.abs() * inverse_sigma > constants::mispredicted() && at_odds(self.piston.v, measured_v, at_rest) {
             // The piston broke away or came to rest at another time than predicted. The innovations so far have
             // counted that once; the prediction goes on from the measured motion.
-            self.piston = Piston::start(record, at_rest, plant, &next, k + 1);
+            self.force = next;
+            self.restart_at(k + 1);
             self.waits = measured_v.abs() < at_rest;
         } else {
             let mean = self.force.mean_to(&next, self.forces.bend_n(plant, self.first + k - self.stretch.start));
+            let before = [self.piston.y, self.piston.v];
             self.piston.step(plant, &mean, record.interval_s(k));
+            self.sense(before, record.interval_s(k));
+            self.force = next;
         }
-        self.force = next;
     }
 
     fn errors(self) -> Vec<f64> {

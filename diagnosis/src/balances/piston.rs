@@ -11,6 +11,12 @@ pub(crate) fn at_rest_m_per_s(record: &Record) -> f64 {
     constants::rest_sigmas() * record.velocity_error_m_per_s()
 }
 
+/// The same as a true speed of a plant, the sensor's lag undone.
+pub(crate) fn truly_at_rest_m_per_s(record: &Record, plant: &Plant<f64>) -> f64 {
+    let shown = at_rest_m_per_s(record) * record.velocity_error_ahead(&plant.added().position_lag);
+    plant.true_position_m(shown) - plant.true_position_m(0.0)
+}
+
 /// Velocity and bristle deflection of a piston at a state with a velocity as measured: the bristles of a moving piston are fully
 /// bent, those of one that rests within the sensor's error (`at_rest_m_per_s`) hold the force `held_n`.
 pub(crate) fn restarted(
@@ -34,8 +40,9 @@ pub(super) struct Piston {
 impl Piston {
     /// The initial state at a sample, with the speed in m/s up to which it may be at rest.
     pub(super) fn start(record: &Record, at_rest: f64, plant: &Plant<f64>, drive: &Driving, k: usize) -> Self {
-        let v_m_per_s = plant.true_position_m(record.motion.slope[k]) - plant.true_position_m(0.0);
-        let y = plant.true_position_m(record.motion.value[k]);
+        let [y, v] = record.motion_ahead(k, &plant.added().position_lag);
+        let v_m_per_s = plant.true_position_m(v) - plant.true_position_m(0.0);
+        let y = plant.true_position_m(y);
         let state = State { y_m: y, v_m_per_s, p_a_pa: drive.p_a_pa, p_b_pa: drive.p_b_pa, ..State::default() };
         let (v, z) = restarted(at_rest, plant, &state, || drive.force_n);
         Self { y, v, z }

@@ -6,7 +6,7 @@ use super::smoothing::{Reach, Smoothed};
 use super::split::Stretch;
 use crate::constants;
 use core::ops::Range;
-use plant_model::Side;
+use plant_model::{PositionLag, Side};
 
 /// A moment between two samples.
 #[derive(Clone, Copy)]
@@ -20,7 +20,17 @@ pub(crate) struct Moment {
 impl Moment {
     /// A signal then, linear between the samples.
     pub(crate) fn of(&self, signal: &[f64]) -> f64 {
-        signal[self.low] + (signal[self.high] - signal[self.low]) * self.part
+        self.between(signal[self.low], signal[self.high])
+    }
+
+    /// What is known of a signal at an entry as a function of it, linear between the samples.
+    pub(crate) fn of_each<const N: usize>(&self, at: impl Fn(usize) -> [f64; N]) -> [f64; N] {
+        let (low, high) = (at(self.low), at(self.high));
+        core::array::from_fn(|k| self.between(low[k], high[k]))
+    }
+
+    fn between(&self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.part
     }
 }
 
@@ -125,6 +135,38 @@ impl Record {
                 doubt_pa: &self.doubt_b_pa,
             },
         }
+    }
+
+    /// Position in m and velocity in m/s at entry `k`, as the position sensor would show them without a lag.
+    #[inline]
+    pub(crate) fn motion_ahead(&self, k: usize, lag: &PositionLag<f64>) -> [f64; 2] {
+        let (y, v) = (self.motion.value[k], self.motion.slope[k]);
+        if lag.time_constant_s > 0.0 { [lag.ahead(y, v), lag.ahead(v, self.acceleration_m_per_s2(k))] } else { [y, v] }
+    }
+
+    /// The position for volumes in m at entry `k`, as the sensor would show it without a lag. The slope of the same windows: a smoother
+    /// one cuts peaks, which is more pressure in a small chamber than its noise, and that of the smoothed values is noisier.
+    pub(crate) fn position_ahead_m(&self, k: usize, lag: &PositionLag<f64>) -> f64 {
+        lag.ahead(self.y_smooth.value[k], self.y_smooth.slope[k])
+    }
+
+    /// Slope of the smoothed velocity over [`Record::acceleration_span_s`], m/s2; 0 beside missing rows.
+    fn acceleration_m_per_s2(&self, k: usize) -> f64 {
+        let half = ((0.5 * self.acceleration_span_s() / self.step_s.max(1.0e-6)).round() as usize).max(1);
+        let (low, high) = (k.saturating_sub(half), (k + half).min(self.len() - 1));
+        let duration_s = self.t_s[high] - self.t_s[low];
+        let is_whole = duration_s > 0.0 && duration_s < 2.0 * (high - low) as f64 * self.step_s;
+        if is_whole { (self.motion.slope[high] - self.motion.slope[low]) / duration_s } else { 0.0 }
+    }
+
+    /// The time between the two velocities of which an acceleration is the slope, s: as far apart that their windows overlap by half.
+    fn acceleration_span_s(&self) -> f64 {
+        self.velocity_reach().seconds
+    }
+
+    /// By what factor the velocity errs more if a lag is undone in it.
+    pub(crate) fn velocity_error_ahead(&self, lag: &PositionLag<f64>) -> f64 {
+        (core::f64::consts::SQRT_2 * lag.time_constant_s / self.acceleration_span_s()).hypot(1.0)
     }
 
     /// Mean of a chamber's pressure from entry `k` to the next less that of a straight line between them, Pa; 0 where not known.

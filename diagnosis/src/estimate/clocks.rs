@@ -16,7 +16,8 @@ use rig_files::{Column, Log, RigFile};
 /// The shifts looked for first, in rows: nothing between rows is known without its noise.
 const ROWS: [i32; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// Effects with one parameter, a time by which a signal is behind.
-const DELAYS: [Effect; 4] = [Effect::PressureLag, Effect::ValveLag, Effect::LineDelay, Effect::PositionDelay];
+const DELAYS: [Effect; 5] =
+    [Effect::PressureLag, Effect::ValveLag, Effect::LineDelay, Effect::PositionDelay, Effect::PositionLag];
 /// How often nominal values and shift are corrected in turn at most: each takes up a part of the other.
 const REFITS: usize = 6;
 /// A round that takes away less than this part of what is left, and keeps the rows, is the last: a slow pressure sensor, read as an

@@ -309,13 +309,14 @@ fn measured_state(record: &Record, model: &Model, k: usize) -> State<f64> {
     let plant = &model.plant;
     // A delayed signal shows a value later than it was true.
     let then = record.moment(k, plant.position_delay_s(), 0..record.len());
-    let y = plant.true_position_m(then.of(&record.motion.value));
-    let v = plant.true_position_m(then.of(&record.motion.slope)) - plant.true_position_m(0.0);
+    let [y, v] = then.of_each(|k| record.motion_ahead(k, &plant.added().position_lag));
+    let v = plant.true_position_m(v) - plant.true_position_m(0.0);
     let sensed = |side, smooth: &Smoothed| plant.pressure_behind_lag_pa(side, smooth.value[k]);
     let truly = |side, smooth: &Smoothed| plant.true_pressure_pa(side, smooth.value[k], smooth.slope[k]);
     let (sensed_a, sensed_b) = (sensed(Side::A, &record.p_a_smooth), sensed(Side::B, &record.p_b_smooth));
     let (p_a, p_b) = (truly(Side::A, &record.p_a_smooth), truly(Side::B, &record.p_b_smooth));
-    let mut state = plant.state_at_rest(y, p_a, p_b);
+    let mut state = plant.state_at_rest(plant.true_position_m(y), p_a, p_b);
+    state.y_sensed_m = plant.true_position_m(then.of(&record.motion.value));
     state.p_a_sensed_pa = sensed_a;
     state.p_b_sensed_pa = sensed_b;
     state.p_sup_pa = model.supply_pa[k];
@@ -406,6 +407,7 @@ fn corrected(
     let (by_a, by_b) = (pressure(Side::A, p_a_pa), pressure(Side::B, p_b_pa));
     let mut out = *state;
     out.y_m += truly(y_m);
+    out.y_sensed_m += truly(y_m);
     let v = state.v_m_per_s + truly(drift_m_per_s);
     (out.p_a_pa, out.p_b_pa) = (state.p_a_pa + by_a, state.p_b_pa + by_b);
     (out.p_a_sensed_pa, out.p_b_sensed_pa) = (state.p_a_sensed_pa + by_a, state.p_b_sensed_pa + by_b);
@@ -415,7 +417,7 @@ fn corrected(
 /// A state with a velocity known as well as the sensor tells it.
 fn with_motion(record: &Record, plant: &Plant<f64>, mut state: State<f64>, v_m_per_s: f64) -> State<f64> {
     let held_n = || plant.net_force_n(state.y_m, 0.0, state.p_a_pa, state.p_b_pa);
-    let at_rest = piston::at_rest_m_per_s(record);
+    let at_rest = piston::truly_at_rest_m_per_s(record, plant);
     (state.v_m_per_s, state.z_m) = piston::restarted(at_rest, plant, &State { v_m_per_s, ..state }, held_n);
     state
 }

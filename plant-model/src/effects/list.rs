@@ -41,6 +41,7 @@ macro_rules! for_each_effect {
             PressureLag => pressure_lag,
             PositionDelay => position_delay,
             PistonArea => piston_area,
+            PositionLag => position_lag,
         }
     };
 }

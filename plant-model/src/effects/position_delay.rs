@@ -24,7 +24,7 @@ impl Definition for PositionDelay {
         title: "Position signal late against the pressures",
         equation: "measured y(t) = y(t - tau)",
         signature: "compression by motion shows in the pressures before the measured motion",
-        source: "bus or encoder interface latency; a filter of the same time constant looks nearly alike",
+        source: "bus or encoder interface latency",
         parameters: &[ParameterInfo {
             name: "delay_s",
             key: "effects.position-delay.delay_s",

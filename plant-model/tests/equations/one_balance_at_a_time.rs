@@ -23,14 +23,15 @@ fn leaks_sum_up_and_conserve_what_crosses_the_piston() {
 }
 
 #[test]
-fn a_true_pressure_is_what_the_sensor_showed_without_gain_offset_and_lag() {
+fn true_pressures_and_the_true_position_are_what_the_sensors_showed_without_gain_offset_and_lag() {
     let effects = Effects::none()
         .with(Effect::PressureAOffset, &[1.5e4])
         .with(Effect::PressureBOffset, &[-1.0e4])
         .with(Effect::PressureAGain, &[1.04])
         .with(Effect::PressureBGain, &[0.93])
         .with(Effect::PressureLag, &[0.02])
-        .with(Effect::PositionScale, &[1.05]);
+        .with(Effect::PositionScale, &[1.05])
+        .with(Effect::PositionLag, &[0.01]);
     let mut simulator = Simulator::<f64>::new(&Rig::paper_a(), &effects).unwrap();
     for _ in 0..300 {
         simulator.advance(0.8, 1.0e-3);
@@ -48,28 +49,45 @@ fn a_true_pressure_is_what_the_sensor_showed_without_gain_offset_and_lag() {
         let slope = gain * (p - sensed) / lag.time_constant_s;
         assert!((plant.true_pressure_pa(side, shown, slope) - p).abs() < 1e-6, "{side:?}");
     }
-    assert!((plant.true_position_m(shown.y_m) - state.y_m).abs() < 1e-12);
+    assert!((plant.true_position_m(shown.y_m) - state.y_sensed_m).abs() < 1e-12);
+    let slope = 1.05 * (state.y_m - state.y_sensed_m) / 0.01;
+    assert!((state.y_m - state.y_sensed_m).abs() > 1e-3, "the piston moves");
+    assert!((plant.true_position_m(plant.added().position_lag.ahead(shown.y_m, slope)) - state.y_m).abs() < 1e-12);
 }
 
 #[test]
-fn spool_and_sensor_lag_over_an_interval_are_those_of_many_short_ones() {
-    let effects = Effects::none().with(Effect::ValveLag, &[0.01]).with(Effect::PressureLag, &[0.02]);
+fn spool_and_sensor_lags_over_an_interval_are_those_of_many_short_ones() {
+    let effects = Effects::none()
+        .with(Effect::ValveLag, &[0.01])
+        .with(Effect::PressureLag, &[0.02])
+        .with(Effect::PositionLag, &[0.004]);
     let added = *plant(&effects).added();
     let (interval, steps) = (5.0e-3, 5000);
     let h = interval / f64::from(steps);
     let (mut spool, mut sum, mut sensed) = (0.2, 0.0, 3.0e5);
+    // Accelerated by 30 m/s2 from 0.2 m/s.
+    let place = |t: f64| 0.01 + t * (0.2 + 15.0 * t);
+    let mut shown = 0.005;
     for k in 0..steps {
         let before = spool;
         spool += h * (1.0 - spool) / 0.01;
         sum += 0.5 * (before + spool);
         let p = 4.0e5 + 2.0e4 * (f64::from(k) + 0.5) / f64::from(steps);
         sensed += h * (p - sensed) / 0.02;
+        shown += h * (place((f64::from(k) + 0.5) * h) - shown) / 0.004;
     }
     let (mean, end) = added.valve_lag.over(0.2, 1.0, interval, (-interval / 0.01_f64).exp());
     assert!((mean - sum / f64::from(steps)).abs() < 1e-4, "mean {mean}");
     assert!((end - spool).abs() < 1e-4, "end {end}");
     let behind = added.pressure_lag.over(3.0e5, 4.0e5, 4.2e5, interval, (-interval / 0.02_f64).exp());
     assert!((behind - sensed).abs() < 10.0, "{behind} instead of {sensed}");
+    let velocities = [0.2, 0.2 + 30.0 * interval];
+    let rest = (-interval / 0.004_f64).exp();
+    let late = added.position_lag.over(0.005, [0.01, place(interval)], velocities, interval, rest);
+    assert!((late - shown).abs() < 1e-6, "{late} instead of {shown}");
+    // The way bends 0.1 mm off the straight line between its ends, which counts.
+    let straight = added.position_lag.over(0.005, [0.01, place(interval)], [0.2; 2], interval, rest);
+    assert!((straight - shown).abs() > 2e-5, "{straight}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ pub(crate) enum Method {
 }
 
 /// Absolute tolerances at a relative tolerance of one, by component: the scale of each quantity.
-const SCALE: [f64; NUMBER_OF_STATES] = [1e-2, 1e-1, 1e4, 1e4, 1e-5, 1.0, 1e5, 1e4, 1e4];
+const SCALE: [f64; NUMBER_OF_STATES] = [1e-2, 1e-1, 1e4, 1e4, 1e-5, 1.0, 1e5, 1e4, 1e4, 1e-2];
 
 /// The state after every interval of `dt` seconds in which the command is held at one of `commands`, in V; to a
 /// relative tolerance.
