@@ -105,7 +105,7 @@ fn a_position_scale_is_named_beside_uncertain_values_with_an_honest_error() {
 /// rough.
 #[test]
 fn a_piston_area_is_named_beside_uncertain_values_with_an_honest_error() {
-    let plan: Plan = "partial/2%/88d87c6fe6210da1".parse().expect("a case");
+    let plan: Plan = "partial/2%/88d87c6fe6210da1@33".parse().expect("a case");
     let case = plan.draw();
     let Some(Cause::Catalogue(Effect::PistonArea, areas)) = case.causes.first().copied() else {
         panic!("the suite draws {:?}", case.causes)
@@ -128,7 +128,7 @@ fn a_friction_that_grows_with_pressure_is_told_with_an_honest_error_beside_an_un
     if !runs_long("the error of a friction that grows with pressure") {
         return;
     }
-    let plan: Plan = "triples/2%/720f11e8f75e9424".parse().expect("a case");
+    let plan: Plan = "triples/2%/720f11e8f75e9424@33".parse().expect("a case");
     let case = plan.draw();
     let growth = |cause: &Cause| match cause {
         Cause::Catalogue(Effect::FrictionPressure, [growth, ..]) => Some(*growth),

@@ -76,7 +76,7 @@ fn loops_of_200_100_and_50_hz_are_diagnosed_from_their_own_rows() {
 #[test]
 fn at_50_hz_a_mass_comes_out_right_and_a_step_of_the_command_is_no_wild_reading() {
     let drawn = |case: &str| case.parse::<Plan>().expect("a case").draw();
-    let case = drawn("slow/exact/6602ffba9553f64e");
+    let case = drawn("slow/exact/6602ffba9553f64e@33");
     let Some(Cause::Catalogue(Effect::PayloadMass, [truth, ..])) = case.causes.first().copied() else {
         panic!("the suite draws {:?}", case.causes)
     };
@@ -86,7 +86,7 @@ fn at_50_hz_a_mass_comes_out_right_and_a_step_of_the_command_is_no_wild_reading(
         matches!(told[..], [("payload-mass", mass)] if (mass.value - truth).abs() < 3.0 * mass.std_error && mass.std_error < 0.01 * truth),
         "{told:?} instead of {truth}"
     );
-    let case = drawn("slow/2%/4330d18652acf9b2");
+    let case = drawn("slow/2%/4330d18652acf9b2@33");
     assert!(case.causes.is_empty());
     let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
     assert_eq!((found.verdict, found.log.quality.isolated_readings), (Verdict::NoGap, 0));
@@ -94,7 +94,7 @@ fn at_50_hz_a_mass_comes_out_right_and_a_step_of_the_command_is_no_wild_reading(
 
 #[test]
 fn a_slow_log_with_a_column_missing_is_answered() {
-    let case = "slow/2%/4330d18652acf9b2".parse::<Plan>().expect("a case").draw();
+    let case = "slow/2%/4330d18652acf9b2@33".parse::<Plan>().expect("a case").draw();
     let log = case.record().0;
     for missing in [Column::U, Column::PA, Column::PB, Column::PSup] {
         let mut rest = log.clone();
@@ -108,7 +108,7 @@ fn a_slow_log_with_a_column_missing_is_answered() {
 /// Rows a millisecond apart by a clock of its own, some missing: such rows are not distant, and 12 to 19 % more than noise is a gap.
 #[test]
 fn a_slight_lag_is_named_though_a_few_rows_are_missing() {
-    let case = "slight/exact/ef3c482e8635dce3".parse::<Plan>().expect("a case").draw();
+    let case = "slight/exact/ef3c482e8635dce3@33".parse::<Plan>().expect("a case").draw();
     let log = case.record().0;
     assert!(log.t_s.windows(2).any(|t| t[1] - t[0] > 0.002), "no row is missing");
     let found = diagnose(&case.rig_file, &log, &|_| {}).expect("a full log");
@@ -119,7 +119,7 @@ fn a_slight_lag_is_named_though_a_few_rows_are_missing() {
 /// In one of sixty predictions the piston sticks close to its end, and the pressure there errs by six times the usual.
 #[test]
 fn one_prediction_of_many_that_errs_by_chance_is_no_gap() {
-    let case = "null/exact/e5cdd6294edf16e1".parse::<Plan>().expect("a case").draw();
+    let case = "null/exact/e5cdd6294edf16e1@33".parse::<Plan>().expect("a case").draw();
     assert!(case.causes.is_empty());
     let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
     assert_eq!(found.verdict, Verdict::NoGap);
@@ -392,7 +392,7 @@ fn a_thinned_log_without_a_gap_has_none() {
 #[test]
 fn slow_pressure_sensors_are_no_position_that_is_stamped_early() {
     // A lag of 11 ms: a shift of half of it takes nine tenths of the misfit.
-    let (named, hidden, verdict) = replayed("clipped/2%/8af546250f5f70dc");
+    let (named, hidden, verdict) = replayed("clipped/2%/8af546250f5f70dc@33");
     assert_eq!(named, hidden, "{verdict:?}");
 }
 
@@ -408,21 +408,21 @@ fn replayed(name: &str) -> (Vec<String>, Vec<String>, Verdict) {
 fn rows_of_a_faster_loop_are_known_though_their_command_rests_most_of_the_time() {
     // What a part of the log is like, by which readings are compared first, is like noise: in the whole of it every jump of the
     // command missed between rows shows.
-    let (named, _, verdict) = replayed("decimated/2%/1dc58bbf248a460f");
+    let (named, _, verdict) = replayed("decimated/2%/1dc58bbf248a460f@33");
     assert_eq!((named, verdict), (vec![], Verdict::NoGap));
 }
 
 #[test]
 fn a_cause_is_no_command_that_moved_between_rows() {
     // Warm walls, in rows of a loop of 200 Hz: as if the command had moved, which makes predictions behind its jumps uncertain.
-    let (named, hidden, _) = replayed("slow/exact/682fe3f76c213bd2");
+    let (named, hidden, _) = replayed("slow/exact/682fe3f76c213bd2@33");
     assert_eq!(named, hidden);
 }
 
 #[test]
 fn a_mass_that_only_passes_on_less_noise_is_no_cause() {
     // A piston that creeps one way amplifies what noise the pressures have.
-    let cases = ["poor/exact/fe1fda81af1cb029", "poor/exact/8a75bedc681482c1"];
+    let cases = ["poor/exact/fe1fda81af1cb029@33", "poor/exact/8a75bedc681482c1@33"];
     for case in cases.into_iter().take(of(2, 1)) {
         let (named, hidden, _) = replayed(case);
         assert_eq!(named, hidden, "{case}");

@@ -125,7 +125,7 @@ impl Nominal {
     }
 }
 
-/// One case of a suite; written and read as `class/nominal/seed`.
+/// One case of a suite; written and read as `class/nominal/seed`, with `@effects` behind it where the catalogue was shorter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Plan {
     /// Kind.
@@ -134,11 +134,14 @@ pub struct Plan {
     pub nominal: Nominal,
     /// Everything else follows from this.
     pub seed: u64,
+    /// Of how many effects of the catalogue, the first ones, the case draws: all there were when it was named. New ones are appended.
+    pub effects: usize,
 }
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}/{:016x}", self.class.word(), self.nominal.word(), self.seed)
+        write!(f, "{}/{}/{:016x}", self.class.word(), self.nominal.word(), self.seed)?;
+        if self.effects == Effect::ALL.len() { Ok(()) } else { write!(f, "@{}", self.effects) }
     }
 }
 
@@ -153,11 +156,16 @@ impl FromStr for Plan {
     fn from_str(text: &str) -> Result<Self, PlanError> {
         let mut parts = text.split('/');
         let mut read = || {
-            let (class, nominal, seed) = (parts.next()?, parts.next()?, parts.next()?);
+            let (class, nominal, last) = (parts.next()?, parts.next()?, parts.next()?);
+            let (seed, effects) = match last.split_once('@') {
+                Some((seed, effects)) => (seed, effects.parse().ok()?),
+                None => (last, Effect::ALL.len()),
+            };
             Some(Self {
                 class: Class::ALL.into_iter().find(|known| known.word() == class)?,
                 nominal: Nominal::ALL.into_iter().find(|known| known.word() == nominal)?,
                 seed: u64::from_str_radix(seed, 16).ok()?,
+                effects: (1..=Effect::ALL.len()).contains(&effects).then_some(effects)?,
             })
         };
         let plan = read();
@@ -174,13 +182,13 @@ pub fn plans(class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> V
     (0..count)
         .map(|_| {
             loop {
-                let plan = Plan { class, nominal, seed: rng.random() };
+                let plan = Plan { class, nominal, seed: rng.random(), effects: Effect::ALL.len() };
                 let ids: Vec<&str> = plan.which(&mut plan.rng()).iter().map(|which| which.id()).collect();
                 if ids.len() != 1 {
                     break plan;
                 }
                 if wanted.is_empty() {
-                    wanted = plan.class.singles().iter().map(|which| vec![which.id()]).collect();
+                    wanted = plan.singles().iter().map(|which| vec![which.id()]).collect();
                 }
                 if let Some(at) = wanted.iter().position(|id| *id == ids) {
                     wanted.swap_remove(at);
@@ -194,11 +202,12 @@ pub fn plans(class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> V
 /// `count` plans of a class that hide an effect, alone or with others; empty for a class that never hides it.
 #[must_use]
 pub fn plans_hiding(id: &str, class: Class, nominal: Nominal, count: usize, suite_seed: u64) -> Vec<Plan> {
-    if class == Class::Null || !class.singles().iter().any(|which| which.id() == id) {
+    let plan = |seed| Plan { class, nominal, seed, effects: Effect::ALL.len() };
+    if class == Class::Null || !plan(0).singles().iter().any(|which| which.id() == id) {
         return Vec::new();
     }
     let mut rng = suite_rng(class, nominal, suite_seed);
-    let drawn = std::iter::repeat_with(|| Plan { class, nominal, seed: rng.random() });
+    let drawn = std::iter::repeat_with(|| plan(rng.random()));
     drawn.filter(|plan| plan.which(&mut plan.rng()).iter().any(|which| which.id() == id)).take(count).collect()
 }
 
@@ -207,17 +216,18 @@ fn suite_rng(class: Class, nominal: Nominal, suite_seed: u64) -> Xoshiro256PlusP
     Xoshiro256PlusPlus::seed_from_u64(suite_seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ mix)
 }
 
-impl Class {
-    /// The effects of which a case of this class holds one.
-    fn singles(self) -> Vec<Which> {
-        match self {
-            Self::Unknown => Foreign::ALL.into_iter().map(Which::Foreign).collect(),
-            Self::Weak => {
-                let weak = Effect::ALL.into_iter().filter(|effect| strength::scales_to_neutral(*effect));
+impl Plan {
+    /// The effects of which a case of this kind holds one.
+    fn singles(&self) -> Vec<Which> {
+        let known = Effect::ALL.into_iter().take(self.effects);
+        match self.class {
+            Class::Unknown => Foreign::ALL.into_iter().map(Which::Foreign).collect(),
+            Class::Weak => {
+                let weak = known.filter(|effect| strength::scales_to_neutral(*effect));
                 weak.map(Which::Catalogue).collect()
             }
-            Self::Slight => [Effect::ValveDeadZone, Effect::ValveLag].map(Which::Catalogue).to_vec(),
-            _ => Effect::ALL.into_iter().map(Which::Catalogue).collect(),
+            Class::Slight => [Effect::ValveDeadZone, Effect::ValveLag].map(Which::Catalogue).to_vec(),
+            _ => known.map(Which::Catalogue).collect(),
         }
     }
 }
@@ -260,7 +270,7 @@ impl Plan {
             }
             _ => 1,
         };
-        let pool = self.class.singles();
+        let pool = self.singles();
         loop {
             let set: Vec<Which> = pool.sample(rng, count).copied().collect();
             // Both of a structural tie at once have no right answer.
