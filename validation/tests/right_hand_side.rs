@@ -1,7 +1,7 @@
 //! The right-hand side of `plant-model` against the second transcription, state by state.
 
 use plant_model::{Effects, Plant, Rig, State};
-use validation::{NUMBER_OF_STATES, Reference};
+use validation::{NUMBER_OF_STATES, Reference, state::*};
 
 #[test]
 fn both_transcriptions_agree_to_rounding_over_the_state_space() {
@@ -22,7 +22,9 @@ fn both_transcriptions_agree_to_rounding_over_the_state_space() {
             let z = 5.0e-5 * at(0.645_751_311_0);
             let u = 5.0 * at(0.316_624_790_3);
             let mut expected = [0.0; NUMBER_OF_STATES];
-            reference.right_hand_side(u, &[y, v, p_a, p_b, z, 0.0, 7.0e5, p_a, p_b], &mut expected);
+            let mut x = reference.start();
+            (x[Y], x[V], x[P_A], x[P_B], x[Z]) = (y, v, p_a, p_b, z);
+            reference.right_hand_side(u, &x, &mut expected);
             let state = State { y_m: y, v_m_per_s: v, z_m: z, ..plant.state_at_rest(y, p_a, p_b) };
             let found = plant.derivative(&state, &plant.inputs(u));
             let found = [found.y_m, found.v_m_per_s, found.p_a_pa, found.p_b_pa, found.z_m];
