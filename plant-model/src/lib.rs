@@ -44,10 +44,8 @@ pub mod valve_flow;
 
 pub use coefficients::{Coefficients, ValvePaths};
 pub use effects::opening_curve::OpeningParabola;
-pub use effects::position_lag::Terms as PositionLag;
-pub use effects::pressure_lag::Terms as PressureLag;
 pub use effects::wall_heat::{Law as WallHeatLaw, Walls};
-pub use effects::{Added, ChamberFlow, Effect, Effects, Force, Side};
+pub use effects::{Added, ChamberFlow, Effect, Effects, FirstOrderLag, Force, Side};
 pub use measurement::Measurement;
 pub use opening::OpeningCurve;
 pub use opening_table::{OPENING_POINTS, OpeningPoints, OpeningTable, Piece as OpeningPiece};

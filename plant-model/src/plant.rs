@@ -528,7 +528,7 @@ impl<R: Real> Plant<R> {
     /// The pressure in a chamber in Pa absolute, from what the sensor shows and its slope in Pa/s.
     #[must_use]
     pub fn true_pressure_pa(&self, side: Side, shown_pa: R, slope_pa_per_s: R) -> R {
-        let ahead_pa = self.added.pressure_lag.ahead_pa(shown_pa, slope_pa_per_s);
+        let ahead_pa = self.added.pressure_lag.ahead(shown_pa, slope_pa_per_s);
         self.added.true_pressure_pa(side, ahead_pa)
     }
 

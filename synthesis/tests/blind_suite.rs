@@ -100,8 +100,24 @@ fn a_case_is_the_same_whenever_it_is_drawn_from_its_name() {
             assert_eq!(plan.draw(), again.draw());
         }
     }
-    for wrong in ["", "single", "single/exact", "single/exact/xyz", "double/exact/0f", "single/exact/0f/1"] {
+    let wrong = ["", "single", "single/exact", "single/exact/xyz", "double/exact/0f", "single/exact/0f/1"];
+    let too_many = format!("single/exact/0f@{}", Effect::ALL.len() + 1);
+    for wrong in wrong.into_iter().chain(["single/exact/0f@", "single/exact/0f@0", "single/exact/0f@x", &too_many]) {
         assert!(wrong.parse::<Plan>().is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_case_draws_from_as_many_effects_as_its_name_says() {
+    // That one of n effects is missing from 40 n draws has a probability of n exp(-40).
+    for effects in [1, 5, Effect::ALL.len() - 1] {
+        let case = |seed: u64| format!("single/exact/{seed:x}@{effects}").parse::<Plan>().expect("a case").draw();
+        let mut drawn: Vec<&str> = (0..40 * effects as u64).map(|seed| case(seed).causes[0].id()).collect();
+        drawn.sort_unstable();
+        drawn.dedup();
+        let mut known: Vec<&str> = Effect::ALL[..effects].iter().map(|effect| effect.id()).collect();
+        known.sort_unstable();
+        assert_eq!(drawn, known);
     }
 }
 

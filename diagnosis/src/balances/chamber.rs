@@ -8,7 +8,7 @@ use super::judged::judged;
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, missing_between, samples};
-use plant_model::{ChamberFlow, Plant, PressureLag, Side, WallHeatLaw, Walls};
+use plant_model::{ChamberFlow, FirstOrderLag, Plant, Side, WallHeatLaw, Walls};
 use std::sync::Arc;
 
 /// The inputs of a chamber's balance over some stretches.
@@ -62,7 +62,7 @@ pub(super) struct Pressure<'a> {
     pub(super) correction: &'a Correction,
     /// Pressure as logged, Pa.
     measured: &'a [f64],
-    pub(super) pressure_lag: PressureLag<f64>,
+    pub(super) pressure_lag: FirstOrderLag<f64>,
     pub(super) decay: Option<Decay>,
     /// What is left behind the stretch at hand.
     stretches: &'a [Stretch],
@@ -173,7 +173,7 @@ impl Pressure<'_> {
         // The lag sees a pressure that changes linearly over the interval.
         let lag = self.pressure_lag;
         self.sensed = match &mut self.decay {
-            Some(decay) => lag.over(self.sensed, before, self.p, dt_s, decay.after(dt_s)),
+            Some(decay) => lag.over(self.sensed, [before, self.p], dt_s, decay.after(dt_s)),
             None => self.p,
         };
     }

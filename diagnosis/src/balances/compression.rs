@@ -2,7 +2,7 @@
 
 use crate::data::record::Record;
 use crate::data::split::{Stretch, samples};
-use plant_model::{Plant, PositionLag, Side};
+use plant_model::{FirstOrderLag, Plant, Side};
 
 /// The parameters that the effect of the motion on a chamber's air depends on.
 #[derive(Clone, Copy, PartialEq)]
@@ -11,7 +11,7 @@ pub(crate) struct Geometry {
     /// Signed: the volume grows with it times the position.
     area_m2: f64,
     smallest_m3: f64,
-    position_lag: PositionLag<f64>,
+    position_lag: FirstOrderLag<f64>,
     position_delay_s: f64,
     /// The true position at three readings of the sensor: alike for sensors that are alike.
     sensor_m: [f64; 3],

@@ -127,7 +127,7 @@ fn step(record: &Record, plant: &Plant<f64>, prediction: &mut Pressure<'_>) -> S
     step.sensed_by = match &mut prediction.decay {
         Some(decay) => {
             let rest = decay.after(dt_s);
-            let lag = |sensed, before, after| prediction.pressure_lag.over(sensed, before, after, dt_s, rest);
+            let lag = |sensed, before, after| prediction.pressure_lag.over(sensed, [before, after], dt_s, rest);
             [lag(1.0, 0.0, 0.0), lag(0.0, 1.0, 0.0), lag(0.0, 0.0, 1.0)]
         }
         None => [0.0, 0.0, 1.0],

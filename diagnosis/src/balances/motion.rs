@@ -8,7 +8,7 @@ use super::piston::{Piston, at_rest_m_per_s, truly_at_rest_m_per_s};
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, samples};
-use plant_model::{Plant, PositionLag};
+use plant_model::{FirstOrderLag, Plant};
 
 /// Whether one of two velocities means rest and the other motion.
 fn at_odds(v: f64, measured: f64, at_rest: f64) -> bool {
@@ -53,11 +53,13 @@ struct Motion<'a> {
     settled: f64,
     /// The sample at hand.
     k: usize,
+    /// What drives the piston there, and position and velocity there as the sensor would show them without a lag.
     force: Driving,
+    shown: [f64; 2],
     piston: Piston,
     /// What the position sensor has made of the piston's position so far, m.
     sensed: f64,
-    lag: PositionLag<f64>,
+    lag: FirstOrderLag<f64>,
     decay: Option<Decay>,
     /// A prediction that breaks away before the real piston waits until that one moves.
     waits: bool,
@@ -91,6 +93,7 @@ impl<'a> Motion<'a> {
             settled: 0.0,
             k: 0,
             force: Driving { force_n: 0.0, p_a_pa: 0.0, p_b_pa: 0.0 },
+            shown: [0.0; 2],
             piston: Piston { y: 0.0, v: 0.0, z: 0.0 },
             sensed: 0.0,
             lag: plant.added().position_lag,
@@ -132,17 +135,17 @@ impl<'a> Motion<'a> {
     fn sense(&mut self, [y, v]: [f64; 2], dt_s: f64) {
         let Piston { y: y_after, v: v_after, .. } = self.piston;
         self.sensed = match &mut self.decay {
-            Some(decay) => self.lag.over(self.sensed, [y, y_after], [v, v_after], dt_s, decay.after(dt_s)),
+            Some(decay) => self.lag.over_bend(self.sensed, [y, y_after], [v, v_after], dt_s, decay.after(dt_s)),
             None => y_after,
         };
     }
 
-    /// What drives the piston at a sample of the stretch at hand.
+    /// What drives the piston at a sample of the stretch at hand, which is the next to be judged.
     #[inline(always)]
-    fn driving(&self, k: usize) -> Driving {
+    fn driving(&mut self, k: usize) -> Driving {
         let added = added_at(self.record, &self.timing, self.added_n, &self.stretch, k);
-        let shown = self.record.motion_ahead(k, &self.lag);
-        driving(self.plant, self.forces, self.first + k - self.stretch.start, shown, added)
+        self.shown = self.record.motion_ahead(k, &self.lag);
+        driving(self.plant, self.forces, self.first + k - self.stretch.start, self.shown, added)
     }
 }
 
@@ -186,7 +189,7 @@ impl Prediction for Motion<'_> {
         let drawn = behind * (core::f64::consts::SQRT_2 * w).min(0.5);
         self.piston.y += drawn;
         self.sensed += drawn;
-        let measured_v = plant.true_position_m(record.motion_ahead(k, &self.lag)[1]) - zero;
+        let measured_v = plant.true_position_m(self.shown[1]) - zero;
         if self.waits {
             self.force = self.driving(k + 1);
             self.waits = measured_v.abs() < 2.0 * at_rest;

@@ -6,7 +6,7 @@ use super::smoothing::{Reach, Smoothed};
 use super::split::Stretch;
 use crate::constants;
 use core::ops::Range;
-use plant_model::{PositionLag, Side};
+use plant_model::{FirstOrderLag, Side};
 
 /// A moment between two samples.
 #[derive(Clone, Copy)]
@@ -139,14 +139,14 @@ impl Record {
 
     /// Position in m and velocity in m/s at entry `k`, as the position sensor would show them without a lag.
     #[inline]
-    pub(crate) fn motion_ahead(&self, k: usize, lag: &PositionLag<f64>) -> [f64; 2] {
+    pub(crate) fn motion_ahead(&self, k: usize, lag: &FirstOrderLag<f64>) -> [f64; 2] {
         let (y, v) = (self.motion.value[k], self.motion.slope[k]);
         if lag.time_constant_s > 0.0 { [lag.ahead(y, v), lag.ahead(v, self.acceleration_m_per_s2(k))] } else { [y, v] }
     }
 
     /// The position for volumes in m at entry `k`, as the sensor would show it without a lag. The slope of the same windows: a smoother
     /// one cuts peaks, which is more pressure in a small chamber than its noise, and that of the smoothed values is noisier.
-    pub(crate) fn position_ahead_m(&self, k: usize, lag: &PositionLag<f64>) -> f64 {
+    pub(crate) fn position_ahead_m(&self, k: usize, lag: &FirstOrderLag<f64>) -> f64 {
         lag.ahead(self.y_smooth.value[k], self.y_smooth.slope[k])
     }
 
@@ -165,7 +165,7 @@ impl Record {
     }
 
     /// By what factor the velocity errs more if a lag is undone in it.
-    pub(crate) fn velocity_error_ahead(&self, lag: &PositionLag<f64>) -> f64 {
+    pub(crate) fn velocity_error_ahead(&self, lag: &FirstOrderLag<f64>) -> f64 {
         (core::f64::consts::SQRT_2 * lag.time_constant_s / self.acceleration_span_s()).hypot(1.0)
     }
 

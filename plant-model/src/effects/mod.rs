@@ -9,6 +9,7 @@
 
 mod definition;
 mod effect;
+mod first_order;
 pub mod identification;
 mod list;
 pub(crate) mod terms;
@@ -26,6 +27,7 @@ use terms::{Chamber, Seal, Sliding, Term};
 
 pub use definition::{Info, Negligible, ParameterInfo};
 pub use effect::{Effect, MAX_PARAMETERS};
+pub use first_order::FirstOrderLag;
 pub use terms::{ChamberFlow, Force, Side};
 pub use valve_lag::Terms as ValveLagTerms;
 pub(crate) use wall_heat::WarmthRate;

@@ -79,14 +79,14 @@ fn spool_and_sensor_lags_over_an_interval_are_those_of_many_short_ones() {
     let (mean, end) = added.valve_lag.over(0.2, 1.0, interval, (-interval / 0.01_f64).exp());
     assert!((mean - sum / f64::from(steps)).abs() < 1e-4, "mean {mean}");
     assert!((end - spool).abs() < 1e-4, "end {end}");
-    let behind = added.pressure_lag.over(3.0e5, 4.0e5, 4.2e5, interval, (-interval / 0.02_f64).exp());
+    let behind = added.pressure_lag.over(3.0e5, [4.0e5, 4.2e5], interval, (-interval / 0.02_f64).exp());
     assert!((behind - sensed).abs() < 10.0, "{behind} instead of {sensed}");
     let velocities = [0.2, 0.2 + 30.0 * interval];
     let rest = (-interval / 0.004_f64).exp();
-    let late = added.position_lag.over(0.005, [0.01, place(interval)], velocities, interval, rest);
+    let late = added.position_lag.over_bend(0.005, [0.01, place(interval)], velocities, interval, rest);
     assert!((late - shown).abs() < 1e-6, "{late} instead of {shown}");
     // The way bends 0.1 mm off the straight line between its ends, which counts.
-    let straight = added.position_lag.over(0.005, [0.01, place(interval)], [0.2; 2], interval, rest);
+    let straight = added.position_lag.over(0.005, [0.01, place(interval)], interval, rest);
     assert!((straight - shown).abs() > 2e-5, "{straight}");
 }
 

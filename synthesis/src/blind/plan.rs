@@ -147,7 +147,11 @@ impl fmt::Display for Plan {
 
 /// A case that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no case: write class/nominal/seed as in the table, e.g. single/exact/00000000000000ff")]
+#[error(
+    "`{0}` is no case: write class/nominal/seed as in the table, e.g. single/exact/00000000000000ff, and behind `@` of how many \
+     effects it draws, 1 to {all}, if not of all",
+    all = Effect::ALL.len()
+)]
 pub struct PlanError(String);
 
 impl FromStr for Plan {
