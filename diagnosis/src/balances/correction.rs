@@ -1,10 +1,11 @@
-//! How the prediction of a chamber's pressure is judged and corrected at each sample. It does not depend on the hypothesis, so
-//! that none seems less noisy by following the measurement more closely; and is computed once for all of them.
+//! How the prediction of a chamber's pressure is judged and corrected at each sample. Of the hypothesis only the lag of the position
+//! sensor counts, as undoing it makes the position noisier: so none seems less noisy by following the measurement more closely, and
+//! all hypotheses with the same lag share one.
 
 use crate::constants;
 use crate::data::record::{ChamberSignals, Record};
 use crate::data::split::{Stretch, samples};
-use plant_model::Side;
+use plant_model::{FirstOrderLag, Side};
 
 /// Weights and gains at the samples of some stretches, in order.
 pub(crate) struct Correction {
@@ -17,12 +18,18 @@ pub(crate) struct Correction {
 }
 
 /// Weights and gains of the predictions of a chamber's pressure.
-pub(crate) fn correction(record: &Record, side: Side, stretches: &[Stretch]) -> Correction {
+pub(crate) fn correction(
+    record: &Record,
+    side: Side,
+    position_lag: &FirstOrderLag<f64>,
+    stretches: &[Stretch],
+) -> Correction {
     let ChamberSignals { weight_per_pa: weights, noise_pa, doubt_pa, .. } = record.chamber(side);
     let count = samples(stretches);
     // Where position noise counts for more than that of the pressure everywhere, a sample is compared with the clearest one.
     let by_pressure = 1.0 / noise_pa.max(constants::numerical_error_pa());
     let clearest = weights.iter().fold(0.0_f64, |most, weight| most.max(*weight));
+    let noisier = record.position_variance_ahead(position_lag) - 1.0;
     let usual = if clearest < constants::chamber_clear() * by_pressure { clearest } else { by_pressure };
     let mut out =
         Correction { weight_per_pa: Vec::with_capacity(count), gain: Vec::with_capacity(count), log_widths: 0.0 };
@@ -39,11 +46,15 @@ pub(crate) fn correction(record: &Record, side: Side, stretches: &[Stretch]) -> 
             if weights[k] < constants::chamber_clear() * usual {
                 settled = settled.max(record.t_s[k] + constants::settling_s());
             }
-            let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * weights[k] * weights[k]) } else { 1.0 };
+            // What the position's noise is of the variance of an error, and of how much of that variance the lag leaves one.
+            let by_position = (1.0 - (weights[k] / by_pressure).powi(2)).max(0.0);
+            let left = 1.0 / (1.0 + by_position * noisier);
+            let precision = weights[k] * weights[k] * left;
+            let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * precision) } else { 1.0 };
             let judged = record.t_s[k] >= settled && weights[k] > 0.0;
-            out.weight_per_pa.push(if judged { weights[k] * trusted.sqrt() } else { f64::NAN });
+            out.weight_per_pa.push(if judged { weights[k] * (left * trusted).sqrt() } else { f64::NAN });
             if judged {
-                out.log_widths -= 0.5 * trusted.ln();
+                out.log_widths -= 0.5 * (left * trusted).ln();
             }
             // After settling, the pressure is known as well as an average over the time since then. So the gain
             // falls with one over that time, as a Kalman filter's would, down to the stationary gain.

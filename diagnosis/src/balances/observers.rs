@@ -37,8 +37,8 @@ pub(crate) fn judgeable(record: &Record) -> Channels {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Innovations {
     pub(crate) channels: [Vec<f64>; 4],
-    /// Sum of the logarithms of the units that errors are told in over the sensors' noise.
-    pub(crate) log_widths: f64,
+    /// Sums of the logarithms of the units that errors are told in over the sensors' noise.
+    pub(crate) log_widths: [f64; 4],
 }
 
 /// How mechanics are judged.
@@ -109,8 +109,12 @@ impl Air {
             let key = || stretches.to_vec();
             (wanted & channel.bit() != 0).then(|| {
                 let strokes = || compression(record, plant, &geometry, stretches);
-                let corrections = || correction(record, side, stretches);
-                (signals.compression.of((geometry, key()), strokes), signals.corrections.of((side, key()), corrections))
+                let lag = plant.added().position_lag;
+                let corrections = || correction(record, side, &lag, stretches);
+                (
+                    signals.compression.of((geometry, key()), strokes),
+                    signals.corrections.of((side, lag, key()), corrections),
+                )
             })
         };
         Self { openings, supply, sides: CHAMBERS.map(side) }
@@ -162,12 +166,14 @@ fn of_air(
         let [a, b] = chamber::innovations(record, plant, stretches, drives.each_ref().map(Option::as_ref));
         out.channels[Channel::PressureA as usize] = a;
         out.channels[Channel::PressureB as usize] = b;
-        out.log_widths = drives.iter().flatten().map(|drive| drive.correction.log_widths).sum();
+        for (drive, (channel, _)) in drives.iter().zip(CHAMBERS) {
+            out.log_widths[channel as usize] = drive.as_ref().map_or(0.0, |drive| drive.correction.log_widths);
+        }
         if wanted & Channel::Supply.bit() != 0 {
             let (errors, log_widths) =
                 supply::innovations(record, plant, stretches, &air.supply.predicted, added.supply_sensor_pa);
             out.channels[Channel::Supply as usize] = errors;
-            out.log_widths += log_widths;
+            out.log_widths[Channel::Supply as usize] = log_widths;
         }
     }
     out

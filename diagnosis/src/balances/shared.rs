@@ -7,7 +7,7 @@ use super::force::{Forces, Timing};
 use super::opening::{Openings, Path};
 use super::valve::{Places, Travel};
 use crate::data::split::Stretch;
-use plant_model::Side;
+use plant_model::{FirstOrderLag, Side};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Signals kept of each kind: those of the hypotheses at work at the same time.
@@ -25,7 +25,7 @@ pub(crate) struct Signals {
     /// What the piston's motion does to the chambers' air in some stretches.
     pub(super) compression: Shared<(Geometry, Vec<Stretch>), Vec<Stroke>>,
     /// How the predictions of a chamber's pressure are judged and corrected in some stretches.
-    pub(super) corrections: Shared<(Side, Vec<Stretch>), Correction>,
+    pub(super) corrections: Shared<(Side, FirstOrderLag<f64>, Vec<Stretch>), Correction>,
     /// Forces and pressures on the piston in some stretches.
     pub(super) forces: Shared<(Timing, Vec<Stretch>), Forces>,
 }

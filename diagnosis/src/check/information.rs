@@ -142,7 +142,10 @@ fn of(problem: &Problem<'_>, ratio: f64) -> Vec<Knowledge> {
 
 /// Errors of zero in the places of some residuals.
 fn zeroed(residuals: &Residuals) -> Residuals {
-    Residuals { channels: std::array::from_fn(|channel| vec![0.0; residuals.channels[channel].len()]) }
+    Residuals {
+        channels: std::array::from_fn(|channel| vec![0.0; residuals.channels[channel].len()]),
+        ..Residuals::default()
+    }
 }
 
 /// What each window of a planned recording would add to what is known, best first.

@@ -254,9 +254,9 @@ impl Rows<'_> {
         let fit = fit(&subset)?;
         let innovations = subset.innovations(&fit)?;
         let rows = innovations.channels.iter().flatten().filter(|error| !error.is_nan());
-        let by_rows = rows.map(|error| loss(*error)).sum::<f64>() + innovations.log_widths + fit.prior_cost;
-        let cost = fit.undispersed() + innovations.log_widths / record.averaged() as f64;
-        Some(Told { cost, by_rows, noise: subset.noise_cost(air), fitted: fit.hypothesis })
+        let by_rows =
+            rows.map(|error| loss(*error)).sum::<f64>() + innovations.log_widths.iter().sum::<f64>() + fit.prior_cost;
+        Some(Told { cost: fit.undispersed(), by_rows, noise: subset.noise_cost(air), fitted: fit.hypothesis })
     }
 }
 

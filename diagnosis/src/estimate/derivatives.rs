@@ -103,9 +103,15 @@ impl Problem<'_> {
                 after(step)
             });
             for channel in Channel::ALL.into_iter().filter(|channel| wanted & channel.bit() != 0) {
-                let new = residuals.iter().flat_map(|residuals| &residuals.channels[channel as usize]);
-                let pairs = new.zip(&base.channels[channel as usize]);
-                out.channels[channel as usize] = pairs.map(|(a, b)| (a - b) / step * parameter.scale).collect();
+                let Some(new) = &residuals else {
+                    out.channels[channel as usize] = Vec::new();
+                    continue;
+                };
+                let quotient = |a: &f64, b: &f64| (a - b) / step * parameter.scale;
+                let at = channel as usize;
+                out.channels[at] =
+                    new.channels[at].iter().zip(&base.channels[at]).map(|(a, b)| quotient(a, b)).collect();
+                out.log_widths[at] = quotient(&new.log_widths[at], &base.log_widths[at]);
             }
         }
     }
@@ -157,6 +163,7 @@ impl Problem<'_> {
                 }
                 let weighted: Vec<f64> = a.iter().zip(&weights).map(|(a, w)| a * w).collect();
                 gradient[i] += weighted.iter().zip(residuals).map(|(a, e)| a * e).sum::<f64>();
+                gradient[i] += columns[i].log_widths[channel] * factor;
                 let acting: Vec<usize> = (0..=i).filter(|j| !columns[*j].channels[channel].is_empty()).collect();
                 for side_by_side in acting.chunks(SIDE_BY_SIDE) {
                     // Where there are fewer, the first one fills up.

@@ -13,7 +13,7 @@ type Values = Vec<(Slot, f64)>;
 /// Residuals known.
 #[derive(Default)]
 pub(crate) struct Known {
-    channels: [Shared<Values, Vec<f64>>; 4],
+    channels: [Shared<Values, (Vec<f64>, f64)>; 4],
 }
 
 impl Known {
@@ -22,7 +22,9 @@ impl Known {
         let mut out = Residuals::default();
         for channel in Channel::ALL.into_iter().filter(|channel| wanted & channel.bit() != 0) {
             let known = self.channels[channel as usize].find(&in_channel(hypothesis, values, channel));
-            out.channels[channel as usize] = known.map_or_else(Vec::new, |known| known.to_vec());
+            if let Some(known) = known {
+                (out.channels[channel as usize], out.log_widths[channel as usize]) = (*known).clone();
+            }
         }
         out
     }
@@ -33,7 +35,7 @@ impl Known {
             let found = &residuals.channels[channel as usize];
             if !found.is_empty() {
                 let key = in_channel(hypothesis, &hypothesis.values, channel);
-                self.channels[channel as usize].of(key, || found.clone());
+                self.channels[channel as usize].of(key, || (found.clone(), residuals.log_widths[channel as usize]));
             }
         }
     }

@@ -11,20 +11,26 @@ pub(crate) const COST_OF_NOISE: f64 = 0.466;
 #[derive(Clone, Default)]
 pub(crate) struct Residuals {
     pub(crate) channels: [Vec<f64>; 4],
+    /// Sums of the logarithms of their standard deviations over those of the sensors' noise: what it costs that errors may be larger.
+    pub(crate) log_widths: [f64; 4],
 }
 
 impl Residuals {
     /// Those of another evaluation in the channels that this one leaves out.
-    pub(super) fn fill_in(&mut self, others: &Self) {
-        for (own, other) in self.channels.iter_mut().zip(&others.channels).filter(|(own, _)| own.is_empty()) {
-            own.clone_from(other);
+    pub(crate) fn fill_in(&mut self, others: &Self) {
+        for channel in 0..self.channels.len() {
+            if self.channels[channel].is_empty() {
+                self.channels[channel].clone_from(&others.channels[channel]);
+                self.log_widths[channel] = others.log_widths[channel];
+            }
         }
     }
 }
 
 /// Averages groups of so many neighbours, scaled so that white noise keeps unit variance.
 pub(crate) fn average_neighbours(innovations: &Innovations, averaged: usize) -> Residuals {
-    let mut out = Residuals::default();
+    let log_widths = innovations.log_widths.map(|sum| sum / averaged as f64);
+    let mut out = Residuals { log_widths, ..Residuals::default() };
     let root = (averaged as f64).sqrt();
     for (to, from) in out.channels.iter_mut().zip(&innovations.channels) {
         to.extend(from.chunks(averaged).map(|chunk| {
@@ -102,7 +108,7 @@ mod tests {
     fn averages_of_white_noise_keep_its_variance_and_a_missing_sample_leaves_its_average_out() {
         let mut e = white(40_000);
         e[9] = f64::NAN;
-        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()], log_widths: 0.0 };
+        let innovations = Innovations { channels: [e, Vec::new(), Vec::new(), Vec::new()], ..Innovations::default() };
         let averaged = &average_neighbours(&innovations, 4).channels[0];
         let variance = averaged.iter().map(|e| e * e).sum::<f64>() / averaged.len() as f64;
         assert!((variance - 1.0).abs() < 0.05, "{variance}");

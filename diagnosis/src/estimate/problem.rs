@@ -52,6 +52,8 @@ pub(crate) struct Fit {
     pub(crate) hypothesis: Hypothesis,
     /// Sum of the robust loss per channel, before division by the dispersion.
     pub(crate) channel_cost: [f64; 4],
+    /// What it costs per channel that errors may be larger than the sensor's noise, before division by the dispersion.
+    pub(crate) width_cost: [f64; 4],
     /// Minus the log-prior: half the squared deviations of nominal values in tolerances.
     pub(crate) prior_cost: f64,
     /// Covariance of the parameters by the sandwich estimator; `None` before [`Problem::with_errors`].
@@ -61,13 +63,13 @@ pub(crate) struct Fit {
 impl Fit {
     /// Total cost with the problem's dispersion: minus log-likelihood up to a constant.
     pub(crate) fn cost(&self, problem: &Problem<'_>) -> f64 {
-        let data: f64 = self.channel_cost.iter().zip(problem.dispersion).map(|(c, d)| c / d).sum();
-        data + self.prior_cost
+        let all = problem.judgeable;
+        problem.sum_over(&self.channel_cost, all) + problem.sum_over(&self.width_cost, all) + self.prior_cost
     }
 
     /// Total cost with white noise in every channel.
     pub(crate) fn undispersed(&self) -> f64 {
-        self.channel_cost.iter().sum::<f64>() + self.prior_cost
+        self.channel_cost.iter().sum::<f64>() + self.width_cost.iter().sum::<f64>() + self.prior_cost
     }
 
     /// Cost in some channels with the problem's dispersion, without the prior.
@@ -175,7 +177,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Costs by channel, summed over some channels with the problem's dispersion.
-    fn sum_over(&self, channel_cost: &[f64; 4], channels: Channels) -> f64 {
+    pub(super) fn sum_over(&self, channel_cost: &[f64; 4], channels: Channels) -> f64 {
         let pairs = channel_cost.iter().zip(self.dispersion).enumerate();
         pairs.filter(|(k, _)| channels & (1 << k) != 0).map(|(_, (c, d))| c / d).sum()
     }
@@ -196,8 +198,9 @@ impl<'a> Problem<'a> {
     }
 
     pub(crate) fn total(&self, residuals: &Residuals, hypothesis: &Hypothesis, values: &[f64]) -> f64 {
-        let cost = Self::channel_cost(residuals);
-        cost.iter().zip(self.dispersion).map(|(c, d)| c / d).sum::<f64>() + prior(hypothesis, values)
+        let all = self.judgeable;
+        let errors = self.sum_over(&Self::channel_cost(residuals), all);
+        errors + self.sum_over(&residuals.log_widths, all) + prior(hypothesis, values)
     }
 
     /// The same problem on a subset of its data, for comparing candidates, and the ratio of all data to the subset.
@@ -247,7 +250,13 @@ impl<'a> Problem<'a> {
     pub(crate) fn finish(&self, hypothesis: Hypothesis, residuals: &Residuals) -> Fit {
         let prior_cost = prior(&hypothesis, &hypothesis.values);
         self.known.keep(&hypothesis, residuals);
-        Fit { prior_cost, channel_cost: Self::channel_cost(residuals), hypothesis, covariance: None }
+        Fit {
+            prior_cost,
+            channel_cost: Self::channel_cost(residuals),
+            width_cost: residuals.log_widths,
+            hypothesis,
+            covariance: None,
+        }
     }
 
     /// Innovations at a fit, sample by sample.

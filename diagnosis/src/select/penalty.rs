@@ -204,7 +204,7 @@ mod tests {
         let n = parameters.len();
         let hypothesis = Hypothesis { effects: vec![effect], parameters, values: values.to_vec() };
         let covariance = Some(DMatrix::from_diagonal_element(n, n, std_error * std_error));
-        Fit { hypothesis, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }
+        Fit { hypothesis, channel_cost: [0.0; 4], width_cost: [0.0; 4], prior_cost: 0.0, covariance }
     }
 
     #[test]

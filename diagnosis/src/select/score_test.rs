@@ -56,13 +56,8 @@ impl Problem<'_> {
             return Some(Started { residuals: None, gained: 0.0 });
         }
         let touched = added().fold(0, |all, (p, _)| all | p.channels);
-        let moved = self.evaluate(extended, &extended.values, touched)?;
-        let mut residuals = base.clone();
-        for (to, from) in residuals.channels.iter_mut().zip(moved.channels) {
-            if !from.is_empty() {
-                *to = from;
-            }
-        }
+        let mut residuals = self.evaluate(extended, &extended.values, touched)?;
+        residuals.fill_in(base);
         let gained = cost - self.total(&residuals, extended, &extended.values);
         Some(Started { residuals: Some(residuals), gained })
     }

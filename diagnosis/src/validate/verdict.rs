@@ -336,7 +336,13 @@ mod tests {
                 }
             }
             let covariance = Some(covariance);
-            is_likely_rig(&Fit { hypothesis, channel_cost: [0.0; 4], prior_cost: 0.0, covariance })
+            is_likely_rig(&Fit {
+                hypothesis,
+                channel_cost: [0.0; 4],
+                width_cost: [0.0; 4],
+                prior_cost: 0.0,
+                covariance,
+            })
         };
         let all = nominal.len();
         assert!(all > 5, "{all}");
@@ -345,7 +351,13 @@ mod tests {
         assert!(is_likely(2.5, all, 1.0) && is_likely(2.5, all, f64::NAN));
         let without_any = Hypothesis::null(&[]);
         let covariance = Some(DMatrix::zeros(0, 0));
-        assert!(is_likely_rig(&Fit { hypothesis: without_any, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }));
+        assert!(is_likely_rig(&Fit {
+            hypothesis: without_any,
+            channel_cost: [0.0; 4],
+            width_cost: [0.0; 4],
+            prior_cost: 0.0,
+            covariance
+        }));
     }
 
     #[test]
@@ -361,7 +373,7 @@ mod tests {
             off.for_each(|((value, _), tolerance)| *value += 4.0 * tolerance);
             let variances = tolerances.iter().map(|tolerance| (0.1 * tolerance).powi(2)).collect();
             let covariance = Some(DMatrix::from_diagonal(&DVector::from_vec(variances)));
-            Fit { hypothesis, channel_cost: [0.0; 4], prior_cost: 0.0, covariance }
+            Fit { hypothesis, channel_cost: [0.0; 4], width_cost: [0.0; 4], prior_cost: 0.0, covariance }
         };
         let air_alone = off(&|p| p.channels & !air == 0);
         assert!(are_likely(&air_alone, !air) && !is_likely_rig(&air_alone));
