@@ -74,3 +74,52 @@ pub(crate) fn correction(
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::balances::added::Added;
+    use crate::balances::observers::innovations;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated};
+    use crate::data::channel::Channel;
+    use crate::data::prepare::prepare;
+    use plant_model::{Effect, Effects, Plant};
+    use rig_files::RigFile;
+
+    /// Of both chambers at lags assumed, in s: the mean square of the errors, half the sum of squares, and the latter with the cost of the
+    /// errors' widths. The log has a lag of `true_s`, and a command of so many volts in two sines.
+    fn told(true_s: f64, amplitude_v: f64) -> impl Fn(f64) -> [f64; 3] {
+        let file = RigFile::paper_c();
+        let effects = |lag_s: f64| Effects::none().with(Effect::PositionLag, &[lag_s]);
+        let command = |t_s: f64| amplitude_v * ((3.0 * t_s).sin() + (11.0 * t_s).sin());
+        let mut log = simulated(&file, &effects(true_s), 12_000, command);
+        add_noise(&mut log, 20.0e-6, 150.0);
+        let (record, signals, added) = (prepare(&log, &file), Signals::default(), Added::default());
+        move |lag_s| {
+            let plant = Plant::new(&file.rig, &effects(lag_s)).expect("a sound rig");
+            let wanted = Channel::PressureA.bit() | Channel::PressureB.bit();
+            let errors = innovations(&record, &signals, &plant, &added, &record.stretches, wanted, Default::default());
+            let judged = errors.channels.iter().flatten().filter(|e| !e.is_nan());
+            let (sum, count) = judged.fold((0.0, 0), |(sum, count), e| (sum + e * e, count + 1));
+            [sum / f64::from(count), 0.5 * sum, 0.5 * sum + errors.log_widths.iter().sum::<f64>()]
+        }
+    }
+
+    #[test]
+    fn the_lag_that_predicts_pressures_best_is_the_true_one_and_leaves_errors_like_noise() {
+        let told = told(0.02, 0.5);
+        let costs = (0..=40).map(|k| 0.016 + 2.0e-4 * f64::from(k)).map(|lag_s| (lag_s, told(lag_s)[2]));
+        let (best_s, _) = costs.min_by(|a, b| a.1.total_cmp(&b.1)).expect("many lags");
+        let [misfit, ..] = told(0.02);
+        assert!((best_s - 0.02).abs() < 3.0e-4, "{best_s}");
+        // 0.48; 1.52 with the weights of a sensor without lag.
+        assert!((0.4..1.2).contains(&misfit), "{misfit}");
+    }
+
+    #[test]
+    fn no_lag_is_gained_from_errors_that_it_would_excuse() {
+        let told = told(0.0, 0.0);
+        let ([_, errors_without, without], [_, errors_with, with]) = (told(0.0), told(0.02));
+        assert!(errors_with < errors_without && with > without);
+    }
+}
