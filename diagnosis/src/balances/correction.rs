@@ -29,7 +29,7 @@ pub(crate) fn correction(
     // Where position noise counts for more than that of the pressure everywhere, a sample is compared with the clearest one.
     let by_pressure = 1.0 / noise_pa.max(constants::numerical_error_pa());
     let clearest = weights.iter().fold(0.0_f64, |most, weight| most.max(*weight));
-    let noisier = record.position_variance_ahead(position_lag) - 1.0;
+    let added = record.position_variance_added(position_lag);
     let usual = if clearest < constants::chamber_clear() * by_pressure { clearest } else { by_pressure };
     let mut out =
         Correction { weight_per_pa: Vec::with_capacity(count), gain: Vec::with_capacity(count), log_widths: 0.0 };
@@ -46,9 +46,9 @@ pub(crate) fn correction(
             if weights[k] < constants::chamber_clear() * usual {
                 settled = settled.max(record.t_s[k] + constants::settling_s());
             }
-            // What the position's noise is of the variance of an error, and of how much of that variance the lag leaves one.
+            // The part of an error's variance that is the position's noise, and what is left of the precision where the lag is undone.
             let by_position = (1.0 - (weights[k] / by_pressure).powi(2)).max(0.0);
-            let left = 1.0 / (1.0 + by_position * noisier);
+            let left = 1.0 / (1.0 + by_position * added);
             let precision = weights[k] * weights[k] * left;
             let trusted = if doubt > 0.0 { 1.0 / (1.0 + doubt * precision) } else { 1.0 };
             let judged = record.t_s[k] >= settled && weights[k] > 0.0;

@@ -2,7 +2,7 @@
 
 use super::force::{Forces, Timing, added_at, driving};
 use super::judged::judged;
-use super::piston::at_rest_m_per_s;
+use super::piston::at_rest_ahead_m_per_s;
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::{Stretch, samples};
@@ -23,7 +23,7 @@ pub(crate) fn momentum(
     stretches: &[Stretch],
 ) -> Vec<f64> {
     let lag = plant.added().position_lag;
-    let slides = 2.0 * at_rest_m_per_s(record) * record.velocity_error_ahead(&lag);
+    let slides = 2.0 * at_rest_ahead_m_per_s(record, &lag);
     let sigma = record.quality.position.standard_deviation.max(constants::numerical_error_m());
     let timing = Timing::of(plant);
     let zero = plant.true_position_m(0.0);

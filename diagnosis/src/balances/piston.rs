@@ -4,16 +4,21 @@ use super::force::Driving;
 use crate::constants;
 use crate::data::record::Record;
 use plant_model::friction::{Level, Response};
-use plant_model::{Plant, State};
+use plant_model::{FirstOrderLag, Plant, State};
 
 /// The speed in m/s up to which a piston may be at rest.
 pub(crate) fn at_rest_m_per_s(record: &Record) -> f64 {
     constants::rest_sigmas() * record.velocity_error_m_per_s()
 }
 
-/// The same as a true speed of a plant, the sensor's lag undone.
+/// The same of the speed that a sensor would show without its lag.
+pub(super) fn at_rest_ahead_m_per_s(record: &Record, lag: &FirstOrderLag<f64>) -> f64 {
+    at_rest_m_per_s(record) * record.velocity_error_ahead(lag)
+}
+
+/// The same as a true speed of a plant.
 pub(crate) fn truly_at_rest_m_per_s(record: &Record, plant: &Plant<f64>) -> f64 {
-    let shown = at_rest_m_per_s(record) * record.velocity_error_ahead(&plant.added().position_lag);
+    let shown = at_rest_ahead_m_per_s(record, &plant.added().position_lag);
     plant.true_position_m(shown) - plant.true_position_m(0.0)
 }
 

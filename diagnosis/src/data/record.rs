@@ -164,13 +164,12 @@ impl Record {
         self.velocity_reach().seconds
     }
 
-    /// By what factor the variance of the position for volumes grows if a lag is undone in it: value and slope of a local parabola of
+    /// What undoing a lag adds to the variance of the position for volumes, as a multiple of it: value and slope of a local parabola of
     /// `n` samples `h` apart err independently, with variances of 9/(4 n) and 12/(n (n^2 - 1) h^2) of the noise's.
-    pub(crate) fn position_variance_ahead(&self, lag: &FirstOrderLag<f64>) -> f64 {
+    pub(crate) fn position_variance_added(&self, lag: &FirstOrderLag<f64>) -> f64 {
         let interval_s = self.quality.interval_s;
         let window = (2 * self.volume_reach().samples(interval_s) + 1) as f64;
-        let by_slope = 12.0 / (2.25 * (window * window - 1.0).max(1.0)) * (lag.time_constant_s / interval_s).powi(2);
-        1.0 + by_slope
+        12.0 / (2.25 * (window * window - 1.0).max(1.0)) * (lag.time_constant_s / interval_s).powi(2)
     }
 
     /// By what factor the velocity errs more if a lag is undone in it.

@@ -118,7 +118,6 @@ impl Problem<'_> {
         let mut smooth_at: Option<Vec<f64>> = None;
         let corrects = matches!(derivatives, Derivatives::Corrected);
         let mut left = iterations;
-        let widths = |residuals: &Residuals| self.sum_over(&residuals.log_widths, self.judgeable);
         'iterations: while !hypothesis.parameters.is_empty() {
             if state == Slopes::Old {
                 if left == 0 {
@@ -165,7 +164,7 @@ impl Problem<'_> {
                     let old = std::mem::replace(&mut residuals, new_residuals);
                     (values, cost) = (trial, new_cost);
                     damping = (damping * 0.1).max(1.0e-13);
-                    let least = self.noise_cost(self.judgeable) + widths(&residuals);
+                    let least = self.noise_cost(self.judgeable) + self.sum_over(&residuals.log_widths, self.judgeable);
                     let little = if corrects {
                         constants::converged_of_rest() * (cost - least).max(0.0)
                     } else {

@@ -61,6 +61,12 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
+    /// Values and what is known of them, without a cost.
+    #[cfg(test)]
+    pub(crate) fn of_values(hypothesis: Hypothesis, covariance: DMatrix<f64>) -> Self {
+        Self { hypothesis, channel_cost: [0.0; 4], width_cost: [0.0; 4], prior_cost: 0.0, covariance: Some(covariance) }
+    }
+
     /// Total cost with the problem's dispersion: minus log-likelihood up to a constant.
     pub(crate) fn cost(&self, problem: &Problem<'_>) -> f64 {
         let all = problem.judgeable;

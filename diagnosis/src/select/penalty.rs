@@ -203,8 +203,7 @@ mod tests {
         let parameters = effects::effect_parameters(&RigFile::paper_a(), effect, 0b1111, &Quality::default());
         let n = parameters.len();
         let hypothesis = Hypothesis { effects: vec![effect], parameters, values: values.to_vec() };
-        let covariance = Some(DMatrix::from_diagonal_element(n, n, std_error * std_error));
-        Fit { hypothesis, channel_cost: [0.0; 4], width_cost: [0.0; 4], prior_cost: 0.0, covariance }
+        Fit::of_values(hypothesis, DMatrix::from_diagonal_element(n, n, std_error * std_error))
     }
 
     #[test]

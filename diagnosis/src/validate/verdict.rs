@@ -335,14 +335,7 @@ mod tests {
                     hypothesis.values[place] += away * tolerance;
                 }
             }
-            let covariance = Some(covariance);
-            is_likely_rig(&Fit {
-                hypothesis,
-                channel_cost: [0.0; 4],
-                width_cost: [0.0; 4],
-                prior_cost: 0.0,
-                covariance,
-            })
+            is_likely_rig(&Fit::of_values(hypothesis, covariance))
         };
         let all = nominal.len();
         assert!(all > 5, "{all}");
@@ -350,14 +343,7 @@ mod tests {
         assert!(!is_likely(2.5, all, 0.1) && !is_likely(9.0, 1, 0.1));
         assert!(is_likely(2.5, all, 1.0) && is_likely(2.5, all, f64::NAN));
         let without_any = Hypothesis::null(&[]);
-        let covariance = Some(DMatrix::zeros(0, 0));
-        assert!(is_likely_rig(&Fit {
-            hypothesis: without_any,
-            channel_cost: [0.0; 4],
-            width_cost: [0.0; 4],
-            prior_cost: 0.0,
-            covariance
-        }));
+        assert!(is_likely_rig(&Fit::of_values(without_any, DMatrix::zeros(0, 0))));
     }
 
     #[test]
@@ -372,8 +358,7 @@ mod tests {
             let off = hypothesis.values.iter_mut().zip(&nominal).zip(&tolerances).filter(|((_, p), _)| moved(p));
             off.for_each(|((value, _), tolerance)| *value += 4.0 * tolerance);
             let variances = tolerances.iter().map(|tolerance| (0.1 * tolerance).powi(2)).collect();
-            let covariance = Some(DMatrix::from_diagonal(&DVector::from_vec(variances)));
-            Fit { hypothesis, channel_cost: [0.0; 4], width_cost: [0.0; 4], prior_cost: 0.0, covariance }
+            Fit::of_values(hypothesis, DMatrix::from_diagonal(&DVector::from_vec(variances)))
         };
         let air_alone = off(&|p| p.channels & !air == 0);
         assert!(are_likely(&air_alone, !air) && !is_likely_rig(&air_alone));
