@@ -465,7 +465,7 @@ impl<R: Real> Plant<R> {
 
     /// Flow into a chamber through the valve, its hose and cushion, with the piston at `y_m` in m; as
     /// [`Orifices::inflow_at`].
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn valve_inflow(&self, side: Side, y_m: R, filling: bool, magnitude: R, p: R, supply: R) -> Flow<R> {
         let (half, atmosphere) = (self.model.half_stroke_m, self.model.atmosphere_pa);

@@ -95,7 +95,7 @@ impl<R: Real> Orifices<R> {
     /// Flow into a chamber at pressure `p` through the open orifice (3.2, 3.3); all pressures Pa absolute.
     ///
     /// `filling` connects the chamber to the supply, otherwise it is connected to atmosphere.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn inflow(&self, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
         self.through(self.hose.as_ref(), filling, magnitude, p, supply, atmosphere)
@@ -103,7 +103,7 @@ impl<R: Real> Orifices<R> {
 
     /// [`Orifices::inflow`] with the piston at a distance in m from the chamber's end, where a cushion may throttle what
     /// flows out.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn inflow_at(&self, distance_m: R, filling: bool, magnitude: R, p: R, supply: R, atmosphere: R) -> Flow<R> {
         let bore = self.inflow(filling, magnitude, p, supply, atmosphere);
@@ -116,7 +116,7 @@ impl<R: Real> Orifices<R> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn through(
         &self,
         hose: Option<&Resistance<R>>,

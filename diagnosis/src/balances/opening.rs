@@ -122,7 +122,7 @@ pub(super) fn signed_openings(plant: &Plant<f64>, spool_v: f64) -> [f64; 2] {
 }
 
 fn signed(opening: &Opening<f64>) -> [f64; 2] {
-    let [a, b] = [opening.fills_a, !opening.fills_a].map(|filling| opening.through(filling));
+    let [a, b] = [opening.through(opening.fills_a), opening.through(!opening.fills_a)];
     if opening.fills_a { [a, b] } else { [-a, -b] }
 }
 

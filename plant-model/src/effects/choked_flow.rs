@@ -106,7 +106,7 @@ fn iso_flow<R: Real>(conductance: R, critical: R, up: R, down: R) -> (R, R, R) {
 }
 
 impl<R: Real> Iso6358<R> {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn inflow(
         &self,
         hose: Option<&Tube<R>>,
