@@ -21,7 +21,7 @@ use crate::model::nominal;
 use crate::one_pressure::diagnose_one_pressure;
 use crate::outcome::{Description, Diagnosis, Evidence, Hypothesised, LogSummary, Overlay};
 use crate::select::held_rows::held_with_a_cause;
-use crate::select::penalty::{beyond_noise, ends_at_bound};
+use crate::select::penalty::{beyond_noise, beyond_noise_in, ends_at_bound};
 use crate::select::search::{self, Begin, Ends, Found};
 use crate::validate::hold_out::{self, Predictions};
 use crate::validate::{closure, foreign_terms, support, verdict};
@@ -87,6 +87,16 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
             }
             if let Some(quieter) = noise_level::quieter(&problem, &fit) {
                 record = quieter;
+                continue;
+            }
+            // Where the nominal values leave noise alone in the chambers, the curve of a table is asked for at once, not after causes
+            // were looked for.
+            if !reading.command_moved()
+                && !beyond_noise_in(&problem, &fit, between_rows.air())
+                && let Some(again) = asked.other_curve(&between_rows, &reading, &fit)
+            {
+                begin = Some(Begin::without_causes(&fit));
+                again.take_over(&mut reading, &mut record);
                 continue;
             }
         }
@@ -188,6 +198,14 @@ impl Asked {
             }
         }
         None
+    }
+
+    /// A reading with the curve doubted less by the nominal values alone; where there is none, it is asked for again by a better fit.
+    fn other_curve(&mut self, rows: &Rows<'_>, reading: &Record, nominal: &Fit) -> Option<Again> {
+        let before = self.curve;
+        let again = self.another_reading(rows, reading, &nominal.hypothesis);
+        self.curve = before || again.is_some();
+        again
     }
 
     /// [`Asked::another_reading`]; or what causes explain looked like noise.

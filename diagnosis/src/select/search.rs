@@ -114,6 +114,11 @@ pub(crate) struct Begin {
 }
 
 impl Begin {
+    /// At a fit of the nominal values.
+    pub(crate) fn without_causes(null: &Fit) -> Self {
+        Self::of(null, null, &Memory::default())
+    }
+
     pub(crate) fn of(null: &Fit, causes: &Fit, memory: &Memory) -> Self {
         Self { null: null.hypothesis.clone(), causes: causes.hypothesis.clone(), memory: memory.for_another() }
     }
@@ -130,7 +135,10 @@ pub(crate) fn select(
 ) -> Option<Selected> {
     progress("nominal model");
     let (null, known, mut memory) = match begin {
-        Some(Begin { null, causes, memory }) => (problem.fit(null, constants::iterations())?, Some(causes), memory),
+        Some(Begin { null, causes, memory }) => {
+            let known = Some(causes).filter(|causes| !causes.effects.is_empty());
+            (problem.fit(null, constants::iterations())?, known, memory)
+        }
         None => (nominal_fit::fitted(problem, nominal)?, None, Memory::default()),
     };
     let known = known.and_then(|known| problem.fit(known, constants::iterations())).map(|fit| prune(problem, fit).fit);
