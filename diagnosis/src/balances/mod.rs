@@ -17,6 +17,7 @@ pub(crate) mod chamber;
 pub(crate) mod compression;
 pub(crate) mod correction;
 mod decay;
+mod drift;
 pub(crate) mod force;
 mod in_turns;
 pub(crate) mod judged;

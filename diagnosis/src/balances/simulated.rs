@@ -1,6 +1,6 @@
 //! Logs of the simulator, for tests.
 
-use plant_model::{Effects, Simulator};
+use plant_model::{Effects, Inputs, Simulator};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,18 +13,24 @@ pub(crate) fn simulated(file: &RigFile, effects: &Effects<f64>, rows: u32, comma
 
 /// The same with the pressure of the supply.
 pub(crate) fn with_supply(file: &RigFile, effects: &Effects<f64>, rows: u32, command_v: impl Fn(f64) -> f64) -> Log {
+    with_drift(file, effects, rows, |t_s| (command_v(t_s), 0.0))
+}
+
+/// The same with a supply that is off its pressure; the function of time in s gives command in V and drift in Pa.
+pub(crate) fn with_drift(file: &RigFile, effects: &Effects<f64>, rows: u32, at: impl Fn(f64) -> (f64, f64)) -> Log {
     let mut rig: Simulator<f64> = Simulator::new(&file.rig, effects).expect("a sound rig");
     let mut log = Log::default();
     for k in 0..rows {
         let t_s = 1.0e-3 * f64::from(k);
-        let (u_v, m) = (command_v(t_s), rig.measure());
+        let ((u_v, drift_pa), m) = (at(t_s), rig.measure());
         log.t_s.push(t_s);
         log.y_m.push(m.y_m);
         let pressures = [(&mut log.p_a_pa, m.p_a_pa), (&mut log.p_b_pa, m.p_b_pa), (&mut log.p_sup_pa, m.p_sup_pa)];
         for (column, value) in pressures.into_iter().chain([(&mut log.u_v, u_v)]) {
             column.get_or_insert_default().push(value);
         }
-        rig.advance(u_v, 1.0e-3);
+        let inputs = rig.plant().inputs(u_v);
+        rig.advance_with(&Inputs { supply_pa: inputs.supply_pa + drift_pa, ..inputs }, 1.0e-3);
     }
     log
 }

@@ -218,6 +218,8 @@ fn windows(record: &Record, stretch: &Stretch, horizon_s: f64) -> Vec<[usize; 4]
 struct Model {
     plant: Plant<f64>,
     supply_pa: Vec<f64>,
+    /// The pressure before any droop, with its drift, where the supply droops.
+    source_pa: Vec<f64>,
     /// Warmth of both chambers' air; empty where it is as warm as the supply.
     warmths: [Vec<f64>; 2],
 }
@@ -226,12 +228,20 @@ impl Model {
     /// The same for a part of the recording.
     fn part(&self, range: core::ops::Range<usize>) -> Self {
         let of = |all: &Vec<f64>| all.get(range.clone()).unwrap_or_default().to_vec();
-        Self { plant: self.plant, supply_pa: of(&self.supply_pa), warmths: self.warmths.each_ref().map(of) }
+        let [supply_pa, source_pa] = [&self.supply_pa, &self.source_pa].map(of);
+        Self { plant: self.plant, supply_pa, source_pa, warmths: self.warmths.each_ref().map(of) }
     }
 
     fn new(record: &Record, plant: Plant<f64>, supply_sensor_pa: f64) -> Self {
         let openings = opening::openings(record, &plant);
-        let supply_pa = supply::pressures(record, &plant, &openings, supply_sensor_pa).at_valve;
+        let supply = supply::pressures(record, &plant, &openings, supply_sensor_pa);
+        let source_pa = if plant.added().supply_droop.droop_pa_s_per_kg > 0.0 && record.available.supply {
+            let drift = supply::drifting(record, &plant, (&supply.predicted, supply_sensor_pa)).1;
+            drift.off_pa.iter().map(|drift_pa| plant.coefficients().supply_pa + drift_pa).collect()
+        } else {
+            Vec::new()
+        };
+        let supply_pa = supply.at_valve;
         let warmths = if plant.added().wall_heat.law.is_some() {
             let of = |side| {
                 let air = chamber::Air { openings: openings.of(side), supply_pa: &supply_pa, added_kg_per_s: &[] };
@@ -241,7 +251,7 @@ impl Model {
         } else {
             Default::default()
         };
-        Self { plant, supply_pa, warmths }
+        Self { plant, supply_pa, source_pa, warmths }
     }
 }
 
@@ -330,7 +340,7 @@ fn inputs(record: &Record, model: &Model, k: usize) -> Inputs<f64> {
         u_v: record.u_v[k],
         external_force_n: record.f_ext_n.get(k).copied().unwrap_or(0.0),
         supply_pa: if model.plant.added().supply_droop.droop_pa_s_per_kg > 0.0 {
-            c.supply_pa
+            model.source_pa.get(k).copied().unwrap_or(c.supply_pa)
         } else {
             model.supply_pa[k]
         },
