@@ -165,6 +165,31 @@ fn quiet_positions_beside_noisy_pressures_leave_no_gap_and_hide_no_friction() {
     }
 }
 
+#[test]
+fn steps_of_a_position_that_no_noise_dithers_are_no_gap_and_hide_no_friction() {
+    let rig_file = RigFile::paper_a();
+    for (causes, name) in
+        [(vec![], None), (vec![Cause::Catalogue(Effect::CoulombFriction, [1.3, 0.0, 0.0])], Some("coulomb-friction"))]
+    {
+        // 122 um a step.
+        let mut chain = Chain { position_noise_m: 2.0e-6, ..Chain::standard(rig_file.io.position_range_m) };
+        chain.position.1 = 13;
+        let case = Case {
+            experiment: Family::Everyday.draw(&rig_file.rig, 20.0, &mut Xoshiro256PlusPlus::seed_from_u64(SEED)),
+            law: Law::for_rig(&rig_file.rig, 1.2),
+            causes,
+            truth: rig_file.rig,
+            chain,
+            seed: SEED,
+            rig_file: rig_file.clone(),
+        };
+        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
+        assert_eq!(named, name.into_iter().collect::<Vec<_>>(), "{:?} {:?}", found.balances, found.leads);
+        assert_eq!(found.verdict, if name.is_some() { Verdict::Explained } else { Verdict::NoGap });
+    }
+}
+
 /// What a log of everyday work of rig (a), with a leak of chamber A hidden, comes to through a chain.
 fn with_a_leak(chain: impl Fn(&mut Chain)) -> Diagnosis {
     let rig_file = RigFile::paper_a();

@@ -41,6 +41,8 @@ struct Motion<'a> {
     timing: Timing,
     /// One over the standard deviation of an error, 1/m.
     inverse_sigma: f64,
+    /// How far off a position may be read within one code of the sensor, m.
+    within_code_m: f64,
     /// Up to this speed the piston may be at rest, m/s; a true one, as those it is compared with.
     at_rest: f64,
     /// What is shown at the position zero: subtracted to turn a difference of shown positions into one of true positions.
@@ -85,6 +87,7 @@ impl<'a> Motion<'a> {
             added_n,
             timing: Timing::of(plant),
             inverse_sigma: 1.0 / (sigma * record.observer_noise),
+            within_code_m: record.quality.position.within_code(),
             at_rest: truly_at_rest_m_per_s(record, plant),
             zero,
             stretch: Stretch { start: 0, end: 0, held_back: false },
@@ -140,6 +143,12 @@ impl<'a> Motion<'a> {
         };
     }
 
+    /// What of an error in m no code of the sensor explains.
+    #[inline(always)]
+    fn beyond_code(&self, error_m: f64) -> f64 {
+        error_m - error_m.clamp(-self.within_code_m, self.within_code_m)
+    }
+
     /// What drives the piston at a sample of the stretch at hand, which is the next to be judged.
     #[inline(always)]
     fn driving(&mut self, k: usize) -> Driving {
@@ -175,7 +184,7 @@ impl Prediction for Motion<'_> {
             return;
         }
         // Between rows nothing was measured, and nothing is corrected.
-        let error = if row { record.y_m[k] - plant.shown_position_m(self.sensed) } else { 0.0 };
+        let error = if row { self.beyond_code(record.y_m[k] - plant.shown_position_m(self.sensed)) } else { 0.0 };
         // The same error as a true distance.
         let behind = plant.true_position_m(error) - zero;
         if row {

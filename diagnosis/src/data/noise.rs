@@ -12,6 +12,19 @@ pub struct ChannelNoise {
     pub resolution: f64,
 }
 
+/// Noise of so many quantisation steps makes the errors of neighbouring samples independent: they are those of one code no longer.
+const DITHERS: f64 = 0.35;
+
+impl ChannelNoise {
+    /// How far off a reading may be for as long as the signal stays within one code: half a step, less as noise moves it from code to
+    /// code, 0 where noise does so from sample to sample. Such errors are no noise: they do not change while the signal rests.
+    pub(crate) fn within_code(&self) -> f64 {
+        let of_steps = self.resolution / 12.0_f64.sqrt();
+        let own = (self.standard_deviation.powi(2) - of_steps.powi(2)).max(0.0).sqrt();
+        (0.5 * (self.resolution - own / DITHERS)).max(0.0)
+    }
+}
+
 /// Third differences remove every motion a sensor can follow and keep white noise, 20-fold in variance.
 const THIRD_DIFFERENCE_GAIN: f64 = 20.0;
 /// The part of the differences that is kept: jumps of the signal itself are few and large.
@@ -114,6 +127,17 @@ mod tests {
             let expected = step * (part * part + 1.0_f64 / 12.0).sqrt();
             assert!((found / expected - 1.0).abs() < 0.06, "{part}: {found} instead of {expected}");
         }
+    }
+
+    #[test]
+    fn a_reading_may_be_off_within_a_code_unless_noise_moves_it_to_others() {
+        let step = 1.0e-3;
+        for (own, expected) in [(0.0, 0.5), (0.175, 0.25), (0.35, 0.0), (1.0, 0.0)] {
+            let standard_deviation = step * f64::sqrt(own * own + 1.0 / 12.0);
+            let within = ChannelNoise { standard_deviation, resolution: step }.within_code();
+            assert!((within / step - expected).abs() < 1.0e-9, "{own}: {within}");
+        }
+        assert_eq!(ChannelNoise { standard_deviation: step, resolution: 0.0 }.within_code(), 0.0);
     }
 
     #[test]
