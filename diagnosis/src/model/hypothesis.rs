@@ -396,7 +396,12 @@ impl Hypothesis {
         valve.dead_zone_left_v = valve.dead_zone_left_v.min(valve.dead_zone_right_v);
         let friction = &mut out.rig.friction;
         friction.static_n = friction.static_n.max(friction.coulomb_n);
-        friction.breakaway_m = friction.breakaway_m.min(0.95 * friction.coulomb_n / friction.stiffness_n_per_m);
+        // So it is where an effect lowers the level of friction: else it would allow what the level as a nominal value does not, and take
+        // the place of one that is off within its tolerance.
+        let lowered =
+            slots.iter().find(|(effect, _)| *effect == Effect::CoulombFriction).map_or(1.0, |(_, [scale, ..])| *scale);
+        let level_n = lowered.min(1.0) * friction.coulomb_n;
+        friction.breakaway_m = friction.breakaway_m.min(0.95 * level_n / friction.stiffness_n_per_m);
         let mut effects: Effects<f64> = out.effects;
         for (effect, slot) in &slots {
             effects.set(*effect, &slot[..effect.parameter_count()]);
@@ -429,6 +434,19 @@ mod tests {
     use super::*;
     use crate::data::quality::Quality;
     use crate::model::effects::effect_parameters;
+
+    #[test]
+    fn bristles_break_away_no_later_for_an_effect_on_friction_s_level_than_for_that_level() {
+        let file = RigFile::paper_a();
+        let f = file.rig.friction;
+        let breakaway_m = |scale: f64| {
+            let parameters = effect_parameters(&file, Effect::CoulombFriction, 0b0100, &Quality::default());
+            let h = Hypothesis { effects: vec![Effect::CoulombFriction], parameters, values: vec![scale] };
+            h.rig(&file, &h.values).rig.friction.breakaway_m
+        };
+        assert_eq!([1.0, 1.5].map(breakaway_m), [f.breakaway_m; 2]);
+        assert!((breakaway_m(0.5) - 0.95 * 0.5 * f.coulomb_n / f.stiffness_n_per_m).abs() < 1.0e-12);
+    }
 
     #[test]
     fn break_points_that_a_step_takes_past_each_other_meet_and_part_only_to_their_own_sides() {
