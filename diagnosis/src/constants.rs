@@ -519,7 +519,7 @@ constants! {
             "No more causes are composed.",
             "one more than is ever named";
         most_effort: f64 = 500.0, "million samples",
-            "Once the balances have run over so many samples, no more causes are added or exchanged.",
+            "Once the balances have run over so many samples, no more causes are exchanged, and added only as long as each takes most of what is left.",
             "20 s of one core, 11 s on two; before fits took a sixth fewer samples: ended at 400, one of 24 triples got a wrong name and one none that end right at 600";
         most_effort_open: f64 = 330.0, "million samples",
             "While a balance is wide open no more are exchanged from here on, and no search begins anew from other first causes.",

@@ -48,13 +48,16 @@ fn forward_selection(
     memory: &mut Memory,
     progress: &dyn Fn(&str),
 ) -> Fit {
-    let mut current = start;
+    let noise = problem.noise_cost(problem.judgeable);
+    let rest = |fit: &Fit| fit.cost(problem) - noise;
+    let (mut current, mut goes_on) = (start, false);
     while current.hypothesis.effects.len() < most {
         if until == Until::LikeNoise && leaves_noise(problem, &current) {
             break;
         }
-        // A first cause is looked for in any case: the verdict needs to know whether one explains the gap.
-        if !current.hypothesis.effects.is_empty() && problem.effort.millions() > constants::most_effort() {
+        // A first cause is looked for in any case: the verdict needs to know whether one explains the gap. So are others as long as each
+        // takes most of what is left.
+        if !current.hypothesis.effects.is_empty() && !goes_on && problem.effort.millions() > constants::most_effort() {
             break;
         }
         progress(&format!("causes found: {}", current.hypothesis.effects.len()));
@@ -67,6 +70,7 @@ fn forward_selection(
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
+        goes_on = 2.0 * rest(&next) < rest(&current);
         current = next;
     }
     current
@@ -215,4 +219,41 @@ pub(crate) fn compare(problem: &Problem<'_>, selected: Selected, progress: &dyn 
     let unrivalled = unrivalled.collect();
     let (ties, losses) = ties(problem, &best, alternatives);
     Found { null, forward, best, ties, losses, without, unrivalled, memory }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated};
+    use crate::data::channel::Channel;
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::nominal::nominal_parameters;
+    use plant_model::{Effects, Plant};
+    use rig_files::RigFile;
+
+    #[test]
+    fn causes_that_each_take_most_of_what_is_left_are_found_after_much_work_too() {
+        let rig = RigFile::paper_a();
+        let hidden = Effects::none().with(Effect::PayloadMass, &[15.0]).with(Effect::LeakChamberA, &[2.0e-10]);
+        let mut log = simulated(&rig, &hidden, 12_000, |t_s| 0.9 * (3.0 * t_s).sin() + 0.6 * (11.0 * t_s).sin());
+        add_noise(&mut log, 2.0e-5, 300.0);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &effort));
+        let null = problem.fit(Hypothesis::null(&nominal), constants::iterations()).expect("a sound rig");
+        let plant = Plant::new(&rig.rig, &rig.effects).expect("a sound rig");
+        while effort.millions() <= constants::most_effort() {
+            effort.add(100_000_000, Channel::Position.bit(), &plant);
+        }
+        let until = (constants::most_causes(), Until::NoneIsLeft);
+        let found = forward_selection(&problem, null, until, &mut Memory::default(), &|_| {});
+        let mut effects = found.hypothesis.effects;
+        effects.sort_unstable();
+        assert_eq!(effects, [Effect::LeakChamberA, Effect::PayloadMass]);
+    }
 }
