@@ -35,12 +35,13 @@ const KEPT_VARIANCE: f64 = 0.7587;
 /// apart that the signal's own motion is in the differences, and the median, which rests count for, is believed.
 const MOTION: f64 = 0.8;
 
-/// Estimates noise and resolution from evenly sampled stretches of a signal.
-pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> ChannelNoise {
+/// Estimates noise and resolution from stretches of a signal: times in s and values.
+pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> ChannelNoise {
     let mut differences = Vec::new();
     let mut steps = Vec::new();
-    for x in stretches {
-        differences.extend(x.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()));
+    for (t_s, x) in stretches {
+        let pairs = t_s.windows(4).zip(x.windows(4));
+        differences.extend(pairs.map(|(t_s, x)| third_difference(t_s, x).abs()));
         steps.extend(x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0));
     }
     if differences.is_empty() {
@@ -56,6 +57,19 @@ pub(crate) fn estimate<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> Channe
     let spread = if by_median < MOTION * by_mean { by_median } else { by_mean };
     // A signal that rests on one code shows no differences; its error is still that of the code.
     ChannelNoise { standard_deviation: spread.max(resolution / 12.0_f64.sqrt()), resolution }
+}
+
+/// The third divided difference of four values at four times, scaled so that it gains of white noise what that at equal distances does: it
+/// removes a motion with constant acceleration however the times lie.
+fn third_difference(t_s: &[f64], x: &[f64]) -> f64 {
+    let inverse = |i: usize| {
+        let others = (0..4).filter(|j| *j != i);
+        1.0 / others.map(|j| (t_s[i] - t_s[j]) / (t_s[3] - t_s[0])).product::<f64>()
+    };
+    let weights: [f64; 4] = core::array::from_fn(inverse);
+    let gain: f64 = weights.iter().map(|weight| weight * weight).sum();
+    let sum: f64 = weights.iter().zip(x).map(|(weight, x)| weight * x).sum();
+    if gain.is_finite() { sum * (THIRD_DIFFERENCE_GAIN / gain).sqrt() } else { 0.0 }
 }
 
 /// The median of differences' magnitudes. On a coarse converter they are whole steps, each of which stands for all within half a step
@@ -95,12 +109,36 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_distr::StandardNormal;
 
+    fn estimated(x: &[f64]) -> ChannelNoise {
+        let t_s: Vec<f64> = (0..x.len()).map(|k| 1.0e-3 * k as f64).collect();
+        estimate(std::iter::once((&t_s[..], x)))
+    }
+
+    #[test]
+    fn noise_is_found_on_a_moving_signal_at_uneven_times() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        // Each interval between half a millisecond and one and a half.
+        let mut now_s = 0.0;
+        let mut next = || {
+            now_s += 0.5e-3 + 1.0e-3 * rng.random::<f64>();
+            now_s
+        };
+        let t_s: Vec<f64> = (0..20_000).map(|_| next()).collect();
+        let noise = rand_distr::Distribution::sample_iter(StandardNormal, &mut rng);
+        let x: Vec<f64> = t_s.iter().zip(noise).map(|(t, e): (&f64, f64)| 0.1 * (9.0 * t).sin() + 2.0e-5 * e).collect();
+        // 56 um where the times are taken for even.
+        let found = estimate(std::iter::once((&t_s[..], &x[..]))).standard_deviation;
+        assert!((found / 2.0e-5 - 1.0).abs() < 0.05, "{found}");
+        // Two samples of one time tell nothing.
+        assert_eq!(third_difference(&[0.0, 1.0, 1.0, 2.0], &[0.0, 1.0, 3.0, 2.0]), 0.0);
+    }
+
     #[test]
     fn noise_is_found_on_a_moving_signal() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
         let mut noise = || 1.0e-3 * rng.sample::<f64, _>(StandardNormal);
         let x: Vec<f64> = (0..20_000).map(|k| (0.002 * k as f64).sin() + noise()).collect();
-        let noise = estimate(std::iter::once(&x[..]));
+        let noise = estimated(&x);
         assert!((noise.standard_deviation / 1.0e-3 - 1.0).abs() < 0.05, "{noise:?}");
         assert_eq!(noise.resolution, 0.0);
     }
@@ -111,7 +149,7 @@ mod tests {
         let mut noise = || 1.0e-3 * rng.sample::<f64, _>(StandardNormal);
         let moved = |k: usize| if k % 200 < 80 { (0.3 * k as f64).sin() } else { 0.0 };
         let x: Vec<f64> = (0..20_000).map(|k| moved(k) + noise()).collect();
-        let noise = estimate(std::iter::once(&x[..]));
+        let noise = estimated(&x);
         assert!((1.0e-3..3.0e-3).contains(&noise.standard_deviation), "{noise:?}");
     }
 
@@ -123,7 +161,7 @@ mod tests {
             let mut noise = || part * step * rng.sample::<f64, _>(StandardNormal);
             let x: Vec<f64> =
                 (0..20_000).map(|k| (((0.002 * k as f64).sin() + noise()) / step).round() * step).collect();
-            let found = estimate(std::iter::once(&x[..])).standard_deviation;
+            let found = estimated(&x).standard_deviation;
             let expected = step * (part * part + 1.0_f64 / 12.0).sqrt();
             assert!((found / expected - 1.0).abs() < 0.06, "{part}: {found} instead of {expected}");
         }
@@ -143,7 +181,7 @@ mod tests {
     #[test]
     fn resolution_is_found_on_a_coarse_converter() {
         let x: Vec<f64> = (0..20_000).map(|k| ((0.002 * k as f64).sin() / 0.01).round() * 0.01).collect();
-        let noise = estimate(std::iter::once(&x[..]));
+        let noise = estimated(&x);
         assert!((noise.resolution - 0.01).abs() < 1.0e-9, "{noise:?}");
     }
 }

@@ -54,7 +54,9 @@ fn isolated(values: &[f64], are_distant: bool) -> Vec<(usize, f64)> {
         value > usual.start - beyond && value < usual.end + beyond
     };
     let live = values.chunk_by(|one, other| one.is_finite() == other.is_finite()).filter(|run| run[0].is_finite());
-    let noise = noise::estimate(live);
+    // Rows are taken for even, here as in the line through neighbours.
+    let even: Vec<f64> = (0..values.len()).map(|k| k as f64).collect();
+    let noise = noise::estimate(live.map(|run| (&even[..run.len()], run)));
     let least = noise.standard_deviation.max(noise.resolution);
     let far = |window: &[f64]| -> Option<f64> {
         let value = window[REACH];

@@ -57,13 +57,14 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     // A clipped position shows no noise.
     let clipped = masks::clipped(&record);
     if clipped.contains(&true) {
-        let live = |s: &Stretch| -> Vec<Vec<f64>> {
+        let live = |s: &Stretch| -> Vec<[Vec<f64>; 2]> {
             let runs = s.range().collect::<Vec<_>>();
             let runs = runs.chunk_by(|one, other| clipped[*one] == clipped[*other]).filter(|run| !clipped[run[0]]);
-            runs.map(|run| run.iter().map(|k| record.y_m[*k]).collect()).collect()
+            let of = |signal: &[f64], run: &[usize]| run.iter().map(|k| signal[*k]).collect();
+            runs.map(|run| [&record.t_s, &record.y_m].map(|signal| of(signal, run))).collect()
         };
-        let parts: Vec<Vec<f64>> = record.stretches.iter().flat_map(live).collect();
-        record.quality.position = noise::estimate(parts.iter().map(Vec::as_slice));
+        let parts: Vec<[Vec<f64>; 2]> = record.stretches.iter().flat_map(live).collect();
+        record.quality.position = noise::estimate(parts.iter().map(|[t_s, y_m]| (&t_s[..], &y_m[..])));
     }
     smooth(&mut record, Plant::new(&rig.rig, &rig.effects).ok().as_ref());
     record.valve_known_s = masks::valve_known_s(&record);
@@ -115,7 +116,7 @@ fn estimate_noise(record: &mut Record) {
         if signal.is_empty() {
             return ChannelNoise::default();
         }
-        noise::estimate(record.stretches.iter().map(|s| &signal[s.range()]))
+        noise::estimate(record.stretches.iter().map(|s| (&record.t_s[s.range()], &signal[s.range()])))
     };
     let (position, pressure_a) = (noise(&record.y_m), noise(&record.p_a_pa));
     let (pressure_b, supply) = (noise(&record.p_b_pa), noise(&record.p_sup_pa));
