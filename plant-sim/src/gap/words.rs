@@ -43,9 +43,11 @@ pub fn headline(diagnosis: &Diagnosis) -> (Tone, String) {
         }
         Verdict::NoGap if diagnosis.calibration.iter().any(Calibration::is_strained) => (
             Tone::Caution,
-            "No gap that this log proves, but the rig file fits it only with values further off than their stated tolerance \
-             makes likely: check those below."
-                .to_string(),
+            format!(
+                "No gap that this log proves, but the rig file fits it only with values further off than their stated tolerance \
+                 makes likely: check {}.",
+                list(&strained(diagnosis))
+            ),
         ),
         Verdict::NoGap if !predicts(diagnosis) => (
             Tone::Good,
@@ -123,9 +125,18 @@ pub(crate) fn how_far(value: &Calibration) -> String {
     }
 }
 
-/// The adjusted values but the points of the table of the opening, and of those how many there are and the farthest.
+/// The names of values that are further off than their tolerance makes likely, farthest first, three at most.
+fn strained(diagnosis: &Diagnosis) -> Vec<String> {
+    let mut strained: Vec<&Calibration> = diagnosis.calibration.iter().filter(|value| value.is_strained()).collect();
+    strained.sort_by(|a, b| b.tolerances().total_cmp(&a.tolerances()));
+    strained.into_iter().take(3).map(|value| value.name.clone()).collect()
+}
+
+/// The adjusted values, farthest off first, but the points of the table of the opening, and of those how many there are and the farthest.
 pub(crate) fn adjusted(diagnosis: &Diagnosis) -> (Vec<&Calibration>, Option<(usize, &Calibration)>) {
-    let (points, values): (Vec<_>, Vec<_>) = diagnosis.calibration.iter().partition(|value| value.is_opening_point());
+    let (points, mut values): (Vec<_>, Vec<&Calibration>) =
+        diagnosis.calibration.iter().partition(|value| value.is_opening_point());
+    values.sort_by(|a, b| b.tolerances().total_cmp(&a.tolerances()));
     let farthest = points.iter().max_by(|a, b| a.tolerances().total_cmp(&b.tolerances()));
     (values, farthest.map(|farthest| (points.len(), *farthest)))
 }
