@@ -61,7 +61,8 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
             let runs = s.range().collect::<Vec<_>>();
             let runs = runs.chunk_by(|one, other| clipped[*one] == clipped[*other]).filter(|run| !clipped[run[0]]);
             let of = |signal: &[f64], run: &[usize]| run.iter().map(|k| signal[*k]).collect();
-            runs.map(|run| [&record.t_s, &record.y_m].map(|signal| of(signal, run))).collect()
+            let times_s = noise_times_s(&record);
+            runs.map(|run| [&times_s, &record.y_m].map(|signal| of(signal, run))).collect()
         };
         let parts: Vec<[Vec<f64>; 2]> = record.stretches.iter().flat_map(live).collect();
         record.quality.position = noise::estimate(parts.iter().map(|[t_s, y_m]| (&t_s[..], &y_m[..])));
@@ -111,12 +112,20 @@ pub(crate) fn replaced(
     }
 }
 
+/// The times by which noise is told. Between distant rows differences hold the signals' own motion in any case, and what uneven times add to
+/// it is about what predictions err by between them: there rows are taken for even.
+fn noise_times_s(record: &Record) -> Vec<f64> {
+    let even = |k: usize| record.quality.interval_s * k as f64;
+    if record.has_distant_rows() { (0..record.len()).map(even).collect() } else { record.t_s.clone() }
+}
+
 fn estimate_noise(record: &mut Record) {
+    let times_s = noise_times_s(record);
     let noise = |signal: &[f64]| {
         if signal.is_empty() {
             return ChannelNoise::default();
         }
-        noise::estimate(record.stretches.iter().map(|s| (&record.t_s[s.range()], &signal[s.range()])))
+        noise::estimate(record.stretches.iter().map(|s| (&times_s[s.range()], &signal[s.range()])))
     };
     let (position, pressure_a) = (noise(&record.y_m), noise(&record.p_a_pa));
     let (pressure_b, supply) = (noise(&record.p_b_pa), noise(&record.p_sup_pa));
