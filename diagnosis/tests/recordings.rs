@@ -136,6 +136,20 @@ fn sensors_may_be_quiet_or_noisy_coarse_or_fine() {
 }
 
 /// On the bore of case (c) pressures of 650 Pa of noise push the piston as far as a sensor of 7 um can see.
+/// What twenty seconds of everyday work of a rig as stated, with causes, come to through a chain.
+fn of_everyday_work(rig_file: &RigFile, chain: Chain, causes: Vec<Cause>) -> Diagnosis {
+    let case = Case {
+        experiment: Family::Everyday.draw(&rig_file.rig, 20.0, &mut Xoshiro256PlusPlus::seed_from_u64(SEED)),
+        law: Law::for_rig(&rig_file.rig, 1.2),
+        causes,
+        truth: rig_file.rig,
+        chain,
+        seed: SEED,
+        rig_file: rig_file.clone(),
+    };
+    diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log")
+}
+
 #[test]
 fn quiet_positions_beside_noisy_pressures_leave_no_gap_and_hide_no_friction() {
     let rig_file = RigFile::paper_c();
@@ -147,16 +161,7 @@ fn quiet_positions_beside_noisy_pressures_leave_no_gap_and_hide_no_friction() {
         let mut chain =
             Chain { position_noise_m: 7.0e-6, pressure_noise_pa: 650.0, ..Chain::standard([-0.0873, 0.0873]) };
         chain.position.1 = 13;
-        let case = Case {
-            experiment: Family::Everyday.draw(&rig_file.rig, 20.0, &mut Xoshiro256PlusPlus::seed_from_u64(SEED)),
-            law: Law::for_rig(&rig_file.rig, 1.2),
-            causes,
-            truth: rig_file.rig,
-            chain,
-            seed: SEED,
-            rig_file: rig_file.clone(),
-        };
-        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        let found = of_everyday_work(&rig_file, chain, causes);
         let y = found.balances.iter().find(|balance| balance.channel == Channel::Position).expect("judged");
         assert!((0.6..1.2).contains(&y.extended_misfit), "{y:?}");
         let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
@@ -174,16 +179,9 @@ fn steps_of_a_position_that_no_noise_dithers_are_no_gap_and_hide_no_friction() {
         // 122 um a step.
         let mut chain = Chain { position_noise_m: 2.0e-6, ..Chain::standard(rig_file.io.position_range_m) };
         chain.position.1 = 13;
-        let case = Case {
-            experiment: Family::Everyday.draw(&rig_file.rig, 20.0, &mut Xoshiro256PlusPlus::seed_from_u64(SEED)),
-            law: Law::for_rig(&rig_file.rig, 1.2),
-            causes,
-            truth: rig_file.rig,
-            chain,
-            seed: SEED,
-            rig_file: rig_file.clone(),
-        };
-        let found = diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log");
+        let found = of_everyday_work(&rig_file, chain, causes);
+        // 0.04; 1.06 and 1.34 where errors within a step count.
+        assert!(misfit(&found, Channel::Position) < 0.5, "{:?}", found.balances);
         let named: Vec<&str> = found.causes.iter().map(|cause| cause.id.as_str()).collect();
         assert_eq!(named, name.into_iter().collect::<Vec<_>>(), "{:?} {:?}", found.balances, found.leads);
         assert_eq!(found.verdict, if name.is_some() { Verdict::Explained } else { Verdict::NoGap });
