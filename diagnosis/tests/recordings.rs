@@ -135,7 +135,6 @@ fn sensors_may_be_quiet_or_noisy_coarse_or_fine() {
     stands(Class::Sensors);
 }
 
-/// On the bore of case (c) pressures of 650 Pa of noise push the piston as far as a sensor of 7 um can see.
 /// What twenty seconds of everyday work of a rig as stated, with causes, come to through a chain.
 fn of_everyday_work(rig_file: &RigFile, chain: Chain, causes: Vec<Cause>) -> Diagnosis {
     let case = Case {
@@ -150,6 +149,7 @@ fn of_everyday_work(rig_file: &RigFile, chain: Chain, causes: Vec<Cause>) -> Dia
     diagnose(&case.rig_file, &case.record().0, &|_| {}).expect("a full log")
 }
 
+/// On the bore of case (c) pressures of 650 Pa of noise push the piston as far as a sensor of 7 um can see.
 #[test]
 fn quiet_positions_beside_noisy_pressures_leave_no_gap_and_hide_no_friction() {
     let rig_file = RigFile::paper_c();

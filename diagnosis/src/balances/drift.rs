@@ -5,7 +5,7 @@
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// A drift has a knot every so many seconds. Of a period of four knots the spline keeps 98 %; a droop takes less than a second.
+/// A drift has a knot every so many seconds. Of a period of four steps the spline keeps 99 %; a droop takes less than a second.
 const KNOT_S: f64 = 5.0;
 
 /// At most so many steps between knots: a longer log has them farther apart.
@@ -40,33 +40,28 @@ pub(super) fn drift(
     };
     let count = ((last - first) / step_s) as usize + 4;
     let (mut squares, mut products) = (DMatrix::<f64>::zeros(count, count), DVector::<f64>::zeros(count));
-    let known = || t_s.iter().zip(off_pa).enumerate().filter(|(_, (_, off_pa))| off_pa.is_finite());
+    let (mut sums, mut sum, mut all) = (DVector::<f64>::zeros(count), 0.0, 0.0);
+    // Sums of the splines over the samples that say where zero is.
     let (mut means, mut rows) = (DVector::<f64>::zeros(count), 0.0);
-    let is_level = {
-        let mut of_level = vec![false; t_s.len()];
-        level.for_each(|range| of_level[range].fill(true));
-        of_level
-    };
-    for (_, (t_s, _)) in known().filter(|(k, _)| is_level[*k]) {
+    let mut is_level = vec![false; t_s.len()];
+    level.for_each(|range| is_level[range].fill(true));
+    for ((t_s, off_pa), is_level) in t_s.iter().zip(off_pa).zip(is_level).filter(|((_, off_pa), _)| off_pa.is_finite())
+    {
         let (at, values) = place(t_s);
-        values.into_iter().enumerate().for_each(|(i, value)| means[at + i] += value);
-        rows += 1.0;
+        for (i, value) in values.into_iter().enumerate() {
+            products[at + i] += value * off_pa;
+            sums[at + i] += value;
+            means[at + i] += if is_level { value } else { 0.0 };
+            values[..=i].iter().enumerate().for_each(|(j, other)| squares[(at + i, at + j)] += value * other);
+        }
+        sum += off_pa;
+        all += 1.0;
+        rows += if is_level { 1.0 } else { 0.0 };
     }
     if rows == 0.0 {
         return none();
     }
     means /= rows;
-    let (mut sums, mut sum, mut all) = (DVector::<f64>::zeros(count), 0.0, 0.0);
-    for (_, (t_s, off_pa)) in known() {
-        let (at, values) = place(t_s);
-        for (i, value) in values.into_iter().enumerate() {
-            products[at + i] += value * off_pa;
-            sums[at + i] += value;
-            values[..=i].iter().enumerate().for_each(|(j, other)| squares[(at + i, at + j)] += value * other);
-        }
-        sum += off_pa;
-        all += 1.0;
-    }
     // Least squares of splines less their means, with a penalty on their size; the decomposition reads the lower triangle.
     squares += &means * means.transpose() * all - &means * sums.transpose() - &sums * means.transpose();
     products -= &means * sum;

@@ -23,10 +23,11 @@ pub(crate) struct SupplyPressure {
 /// Supply pressure at every sample, with what its sensor shows too much. The flow drawn is computed with the pressures as measured.
 pub(crate) fn pressures(record: &Record, plant: &Plant<f64>, openings: &Openings, sensor_pa: f64) -> SupplyPressure {
     let measured = record.available.supply;
-    let drooping = || drooping(record, plant, openings, sensor_pa);
-    let constant = || vec![plant.coefficients().supply_pa; record.len()];
-    let droops = plant.added().supply_droop.droop_pa_s_per_kg > 0.0;
-    let predicted = if droops { drooping() } else { constant() };
+    let predicted = if plant.added().supply_droop.droop_pa_s_per_kg > 0.0 {
+        drooping(record, plant, openings, sensor_pa)
+    } else {
+        vec![plant.coefficients().supply_pa; record.len()]
+    };
     let truly = |shown: &f64| shown - sensor_pa;
     let at_valve = if measured { record.p_sup_smooth.value.iter().map(truly).collect() } else { predicted.clone() };
     SupplyPressure { at_valve, predicted }

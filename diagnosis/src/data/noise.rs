@@ -126,7 +126,7 @@ mod tests {
         let t_s: Vec<f64> = (0..20_000).map(|_| next()).collect();
         let noise = rand_distr::Distribution::sample_iter(StandardNormal, &mut rng);
         let x: Vec<f64> = t_s.iter().zip(noise).map(|(t, e): (&f64, f64)| 0.1 * (9.0 * t).sin() + 2.0e-5 * e).collect();
-        // 56 um where the times are taken for even.
+        // 99 um where the times are taken for even.
         let found = estimate(std::iter::once((&t_s[..], &x[..]))).standard_deviation;
         assert!((found / 2.0e-5 - 1.0).abs() < 0.05, "{found}");
         // Two samples of one time tell nothing.

@@ -53,7 +53,8 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record.stretches = split::stretches(&record.t_s, &mut record.quality);
     record.rows = (0..record.len()).collect();
     record.step_s = record.quality.interval_s;
-    estimate_noise(&mut record);
+    let times_s = noise_times_s(&record);
+    estimate_noise(&mut record, &times_s);
     // A clipped position shows no noise.
     let clipped = masks::clipped(&record);
     if clipped.contains(&true) {
@@ -61,7 +62,6 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
             let runs = s.range().collect::<Vec<_>>();
             let runs = runs.chunk_by(|one, other| clipped[*one] == clipped[*other]).filter(|run| !clipped[run[0]]);
             let of = |signal: &[f64], run: &[usize]| run.iter().map(|k| signal[*k]).collect();
-            let times_s = noise_times_s(&record);
             runs.map(|run| [&times_s, &record.y_m].map(|signal| of(signal, run))).collect()
         };
         let parts: Vec<[Vec<f64>; 2]> = record.stretches.iter().flat_map(live).collect();
@@ -119,8 +119,7 @@ fn noise_times_s(record: &Record) -> Vec<f64> {
     if record.has_distant_rows() { (0..record.len()).map(even).collect() } else { record.t_s.clone() }
 }
 
-fn estimate_noise(record: &mut Record) {
-    let times_s = noise_times_s(record);
+fn estimate_noise(record: &mut Record, times_s: &[f64]) {
     let noise = |signal: &[f64]| {
         if signal.is_empty() {
             return ChannelNoise::default();

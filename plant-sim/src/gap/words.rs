@@ -127,18 +127,21 @@ pub(crate) fn how_far(value: &Calibration) -> String {
 
 /// The names of values that are further off than their tolerance makes likely, farthest first, three at most.
 fn strained(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut strained: Vec<&Calibration> = diagnosis.calibration.iter().filter(|value| value.is_strained()).collect();
-    strained.sort_by(|a, b| b.tolerances().total_cmp(&a.tolerances()));
-    strained.into_iter().take(3).map(|value| value.name.clone()).collect()
+    let strained = diagnosis.calibration.iter().filter(|value| value.is_strained());
+    farthest_first(strained).into_iter().take(3).map(|value| value.name.clone()).collect()
+}
+
+fn farthest_first<'a>(values: impl Iterator<Item = &'a Calibration>) -> Vec<&'a Calibration> {
+    let mut values: Vec<_> = values.collect();
+    values.sort_by(|a, b| b.tolerances().total_cmp(&a.tolerances()));
+    values
 }
 
 /// The adjusted values, farthest off first, but the points of the table of the opening, and of those how many there are and the farthest.
 pub(crate) fn adjusted(diagnosis: &Diagnosis) -> (Vec<&Calibration>, Option<(usize, &Calibration)>) {
-    let (points, mut values): (Vec<_>, Vec<&Calibration>) =
-        diagnosis.calibration.iter().partition(|value| value.is_opening_point());
-    values.sort_by(|a, b| b.tolerances().total_cmp(&a.tolerances()));
+    let (points, values): (Vec<_>, Vec<_>) = diagnosis.calibration.iter().partition(|value| value.is_opening_point());
     let farthest = points.iter().max_by(|a, b| a.tolerances().total_cmp(&b.tolerances()));
-    (values, farthest.map(|farthest| (points.len(), *farthest)))
+    (farthest_first(values.into_iter()), farthest.map(|farthest| (points.len(), *farthest)))
 }
 
 /// A correction in percent; `None` where the nominal value is zero.
