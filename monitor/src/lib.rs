@@ -187,7 +187,7 @@ impl Monitor {
         };
         let spool_keep = if lag_s > 0.0 { (-tick_s / lag_s).exp() } else { 0.0 };
         let kink = KinkWatch::new(&plant, tick_s);
-        let delay = CommandDelay::new(f32::from(command_delay_ticks) + plant.line_delay_s() / tick_s)?;
+        let delay = CommandDelay::new(f32::from(command_delay_ticks) + plant.mean_line_delay_s() / tick_s)?;
         Ok(Self {
             plant,
             parameters: *parameters,

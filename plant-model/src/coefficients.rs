@@ -44,8 +44,8 @@ pub struct Coefficients<R> {
     pub spring_preload_n: R,
     /// Inertia of a spool that lags, `1 / (4 ζ²)`; 0 for a lag of first order.
     pub spool_inertia: R,
-    /// Delay of the command by the hoses, s.
-    pub hose_delay_s: R,
+    /// How late the air at the ends of the hoses of A and B follows the spool, s.
+    pub hose_delays_s: [R; 2],
     /// Moving mass, kg.
     pub mass_kg: R,
     /// What the moving mass presses against positive motion, m/s2: gravity along the incline.

@@ -38,10 +38,14 @@ pub struct State<R> {
     pub p_b_pa: R,
     /// Bristle deflection, m.
     pub z_m: R,
-    /// Spool position as a voltage, V (`valve-lag`).
+    /// Spool position as a voltage, V (`valve-lag`), as chamber A feels it at the end of its hose.
     pub spool_v: R,
     /// Velocity of a spool with inertia, V/s (`valve.spool_inertia`).
     pub spool_v_per_s: R,
+    /// Spool position as chamber B feels it, V: earlier or later by what the hoses' delays differ.
+    pub spool_b_v: R,
+    /// Velocity of the spool as chamber B feels it, V/s.
+    pub spool_b_v_per_s: R,
     /// Supply pressure at the valve, Pa absolute (`supply-droop`).
     pub p_sup_pa: R,
     /// Pressure of A behind the sensor's lag, Pa absolute, offset not included (`pressure-lag`).
@@ -95,6 +99,7 @@ pub struct Plant<R> {
     pub(crate) level_varies: bool,
     /// A spring in place of chamber B's air.
     pub(crate) single_acting: bool,
+    feels_apart: bool,
     extended: bool,
 }
 
@@ -110,7 +115,7 @@ impl<R: Real> Plant<R> {
         let mut added = Added::default();
         effects.apply(&mut model, &mut added);
         let delay = added.line_delay.delay_s;
-        if delay < R::ZERO && model.hose_delay_s == R::ZERO {
+        if delay < R::ZERO && model.hose_delays_s == [R::ZERO; 2] {
             let key = Effect::LineDelay.info().parameters[0].key;
             let must = "not be negative where no hose delays the command".into();
             return Err(ParameterError { key, value: delay.to_f64(), must });
@@ -160,11 +165,11 @@ impl<R: Real> Plant<R> {
             volume_a0_m3: c.volume_a0_m3 + hose::volume_m3(h.a_length_m, h.a_diameter_m),
             volume_b0_m3: c.volume_b0_m3 + hose::volume_m3(h.b_length_m, h.b_diameter_m),
             spool_inertia: rig.valve.spool_inertia,
-            hose_delay_s: if rig.has_hoses() {
-                let sound = g.heat_capacity_ratio * g.gas_constant_j_per_kg_k * g.temperature_k;
-                R::HALF * (h.a_length_m + h.b_length_m) / sound.sqrt()
+            hose_delays_s: if rig.has_hoses() {
+                let sound = (g.heat_capacity_ratio * g.gas_constant_j_per_kg_k * g.temperature_k).sqrt();
+                [h.a_length_m / sound, h.b_length_m / sound]
             } else {
-                R::ZERO
+                [R::ZERO; 2]
             },
             mass_kg: rig.load.mass_kg,
             gravity_m_per_s2: if rig.load.inclination_deg == R::ZERO {
@@ -251,6 +256,8 @@ impl<R: Real> Plant<R> {
         let level_varies = added.changes_sliding_force();
         let stroke_m = model.half_stroke_m + model.half_stroke_m;
         let uneven_area_m2 = model.area_a_m2 - model.area_b_m2;
+        let [delay_a, delay_b] =
+            model.hose_delays_s.map(|hose_s| (hose_s + added.line_delay.delay_s).at_least(R::ZERO));
         let minimum_volume = |area_m2: R| R::of(MINIMUM_VOLUME_RATIO) * area_m2 * stroke_m;
         Self {
             orifices_a,
@@ -280,6 +287,7 @@ impl<R: Real> Plant<R> {
             least_level_n,
             level_varies,
             single_acting,
+            feels_apart: delay_a != delay_b,
             extended: level_varies
                 || added.is_present()
                 || uneven_area_m2 != R::ZERO
@@ -428,6 +436,8 @@ impl<R: Real> Plant<R> {
         alike.added.line_delay = self.added.line_delay;
         alike.added.valve_hysteresis = self.added.valve_hysteresis;
         alike.added.valve_lag = self.added.valve_lag;
+        alike.model.hose_delays_s = self.model.hose_delays_s;
+        alike.feels_apart = self.feels_apart;
         alike.extended = self.extended;
         alike == *self
     }
@@ -551,10 +561,24 @@ impl<R: Real> Plant<R> {
         self.added.position_delay.delay_s
     }
 
-    /// By how much the valve acts late on its command, s: the hoses' delay, and more or less of it by an effect.
+    /// By how much a chamber feels the command late, s: the delay of its hose, and more or less of it by an effect.
     #[must_use]
-    pub fn line_delay_s(&self) -> R {
-        (self.added.line_delay.delay_s + self.model.hose_delay_s).at_least(R::ZERO)
+    pub fn line_delay_s(&self, side: Side) -> R {
+        let [a, b] = self.model.hose_delays_s;
+        (self.added.line_delay.delay_s + if side == Side::A { a } else { b }).at_least(R::ZERO)
+    }
+
+    /// The same in the mean of both chambers, s.
+    #[must_use]
+    pub fn mean_line_delay_s(&self) -> R {
+        R::HALF * (self.line_delay_s(Side::A) + self.line_delay_s(Side::B))
+    }
+
+    /// Whether one chamber feels a motion of the spool later than the other, behind a longer hose.
+    #[inline]
+    #[must_use]
+    pub fn feels_apart(&self) -> bool {
+        self.feels_apart
     }
 
     /// A state at rest with the given position in m and chamber pressures in Pa absolute, valve at mid.

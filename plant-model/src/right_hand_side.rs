@@ -12,8 +12,12 @@ use crate::valve_flow::{Connection, Flow, Opening, Orifices};
 /// What the valve does during a step: known beforehand where the spool follows its command at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drive<R> {
+    /// As chamber A feels it at the end of its hose.
     pub(crate) command_v: R,
-    opening: Opening<R>,
+    /// As chamber B does.
+    command_b_v: R,
+    opening_a: Opening<R>,
+    opening_b: Opening<R>,
     connection_a: Connection<R>,
     connection_b: Connection<R>,
     external_force_n: R,
@@ -52,9 +56,10 @@ pub(crate) struct Jacobian<R> {
     pub(crate) a_spool: R,
     pub(crate) b_spool: R,
     pub(crate) supply_supply: R,
-    pub(crate) supply_spool: R,
-    /// By the pressure of the chamber that is being filled.
-    pub(crate) supply_filled: R,
+    /// By the spool as A and as B feel it; the chamber that is being emptied draws nothing.
+    pub(crate) supply_spool: [R; 2],
+    /// By the pressures of A and of B, likewise.
+    pub(crate) supply_filled: [R; 2],
     pub(crate) warmth_a: WarmthRow<R>,
     pub(crate) warmth_b: WarmthRow<R>,
 }
@@ -77,12 +82,13 @@ pub(crate) struct WarmthRow<R> {
 impl<R: Real> Plant<R> {
     #[inline]
     pub(crate) fn drive(&self, inputs: &Inputs<R>) -> Drive<R> {
-        self.drive_from(inputs, &mut Opening::at(R::ZERO))
+        self.drive_from(inputs, inputs.u_v, &mut Opening::at(R::ZERO))
     }
 
-    /// [`Plant::drive`], given the opening of an earlier command: a held command costs no arc tangent.
+    /// [`Plant::drive`], given the opening of an earlier command: a held command costs no arc tangent. `u_b_v` is the command as
+    /// chamber B feels it, which counts where that is [apart](Plant::feels_apart).
     #[inline(always)]
-    pub(crate) fn drive_from(&self, inputs: &Inputs<R>, last: &mut Opening<R>) -> Drive<R> {
+    pub(crate) fn drive_from(&self, inputs: &Inputs<R>, u_b_v: R, last: &mut Opening<R>) -> Drive<R> {
         let command_v = inputs.u_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
         let w = self.model.dead_zone.output_v(command_v);
         if self.model.exhaust_overlap_v != R::ZERO {
@@ -90,15 +96,22 @@ impl<R: Real> Plant<R> {
         } else if w != last.w {
             *last = self.opening_at(w);
         }
-        let opening = *last;
-        let connect = |orifices: &Orifices<R>, filling| {
+        let opening_a = *last;
+        let (mut command_b_v, mut opening_b) = (command_v, opening_a);
+        if self.feels_apart() {
+            command_b_v = u_b_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
+            opening_b = self.opening(command_b_v);
+        }
+        let connect = |orifices: &Orifices<R>, opening: &Opening<R>, filling| {
             orifices.connect(filling, opening.through(filling), inputs.supply_pa, self.model.atmosphere_pa)
         };
         Drive {
             command_v,
-            opening,
-            connection_a: connect(&self.orifices_a, opening.fills_a),
-            connection_b: connect(&self.orifices_b, !opening.fills_a),
+            command_b_v,
+            opening_a,
+            opening_b,
+            connection_a: connect(&self.orifices_a, &opening_a, opening_a.fills_a),
+            connection_b: connect(&self.orifices_b, &opening_b, !opening_b.fills_a),
             external_force_n: inputs.external_force_n,
             supply_pa: inputs.supply_pa,
         }
@@ -109,10 +122,13 @@ impl<R: Real> Plant<R> {
     pub(crate) fn settle(&self, state: &mut State<R>, drive: &Drive<R>) {
         let added = &self.added;
         if !added.valve_lag.is_present() {
-            state.spool_v = drive.command_v;
+            (state.spool_v, state.spool_b_v) = (drive.command_v, drive.command_b_v);
         }
         if !added.valve_lag.has_inertia() {
-            state.spool_v_per_s = R::ZERO;
+            (state.spool_v_per_s, state.spool_b_v_per_s) = (R::ZERO, R::ZERO);
+        }
+        if !self.feels_apart() {
+            (state.spool_b_v, state.spool_b_v_per_s) = (state.spool_v, state.spool_v_per_s);
         }
         if !added.supply_droop.is_present() {
             state.p_sup_pa = drive.supply_pa;
@@ -133,6 +149,7 @@ impl<R: Real> Plant<R> {
     #[inline]
     pub(crate) fn follow(&self, state: &mut State<R>, drive: &Drive<R>) {
         (state.spool_v, state.spool_v_per_s) = (drive.command_v, R::ZERO);
+        (state.spool_b_v, state.spool_b_v_per_s) = (drive.command_v, R::ZERO);
         state.p_sup_pa = drive.supply_pa;
         state.p_a_sensed_pa = state.p_a_pa;
         state.p_b_sensed_pa = state.p_b_pa;
@@ -140,9 +157,14 @@ impl<R: Real> Plant<R> {
         (state.warmth_a, state.warmth_b) = (R::ZERO, R::ZERO);
     }
 
+    /// The openings that A and B feel.
     #[inline]
-    fn opening_now<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> Opening<R> {
-        if EXTENDED && self.added.valve_lag.is_present() { self.opening(state.spool_v) } else { drive.opening }
+    fn openings_now<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> [Opening<R>; 2] {
+        if !EXTENDED || !self.added.valve_lag.is_present() {
+            return [drive.opening_a, drive.opening_b];
+        }
+        let of_a = self.opening(state.spool_v);
+        [of_a, if self.feels_apart() { self.opening(state.spool_b_v) } else { of_a }]
     }
 
     /// Sliding force `g` with the effects of direction, position and pressure, and its derivatives by `y` and by the
@@ -265,16 +287,16 @@ impl<R: Real> Plant<R> {
             (self.lugre.evaluate::<PARTIALS>(state.z_m, v, &level), by_y, by_p)
         };
 
-        let opening = self.opening_now::<EXTENDED>(state, drive);
-        let (fills_a, fills_b) = (opening.fills_a, !opening.fills_a);
+        let [opening_a, opening_b] = self.openings_now::<EXTENDED>(state, drive);
+        let (fills_a, fills_b) = (opening_a.fills_a, !opening_b.fills_a);
         let (valve_a, valve_b) = if EXTENDED {
-            let flow = |orifices: &Orifices<R>, distance, filling, p| {
+            let flow = |orifices: &Orifices<R>, distance, opening: &Opening<R>, filling, p| {
                 let magnitude = opening.through(filling);
                 orifices.inflow_at(distance, filling, magnitude, p, state.p_sup_pa, m.atmosphere_pa)
             };
             (
-                flow(&self.orifices_a, m.half_stroke_m + y, fills_a, p_a),
-                flow(&self.orifices_b, m.half_stroke_m - y, fills_b, p_b),
+                flow(&self.orifices_a, m.half_stroke_m + y, &opening_a, fills_a, p_a),
+                flow(&self.orifices_b, m.half_stroke_m - y, &opening_b, fills_b, p_b),
             )
         } else {
             (drive.connection_a.inflow(fills_a, p_a), drive.connection_b.inflow(fills_b, p_b))
@@ -310,9 +332,14 @@ impl<R: Real> Plant<R> {
             ..State::default()
         };
         if EXTENDED {
-            let drawn = if opening.fills_a { valve_a.mass_flow } else { valve_b.mass_flow };
-            (rates.spool_v, rates.spool_v_per_s) =
-                self.added.valve_lag.rates(drive.command_v, state.spool_v, state.spool_v_per_s);
+            let drawn_by = |fills: bool, valve: &Flow<R>| if fills { valve.mass_flow } else { R::ZERO };
+            let drawn = drawn_by(fills_a, &valve_a) + drawn_by(fills_b, &valve_b);
+            let lag = &self.added.valve_lag;
+            (rates.spool_v, rates.spool_v_per_s) = lag.rates(drive.command_v, state.spool_v, state.spool_v_per_s);
+            if self.feels_apart() {
+                (rates.spool_b_v, rates.spool_b_v_per_s) =
+                    lag.rates(drive.command_b_v, state.spool_b_v, state.spool_b_v_per_s);
+            }
             rates.p_sup_pa = self.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
             rates.p_a_sensed_pa = self.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
             rates.p_b_sensed_pa = self.added.pressure_lag.rate(p_b, state.p_b_sensed_pa);
@@ -350,25 +377,30 @@ impl<R: Real> Plant<R> {
                 jacobian.b_y -= valve_b.by_distance * rate_b.by_mass_flow;
                 jacobian.a_b = flow_a.by_other * rate_a.by_mass_flow;
                 jacobian.b_a = flow_b.by_other * rate_b.by_mass_flow;
-                let slope = |zone: &DeadZone<R>, opening: &Opening<R>| {
+                let slope = |zone: &DeadZone<R>, spool_v: R, opening: &Opening<R>| {
                     let open = opening.magnitude > zero;
-                    let per_v = || self.gain_per_v(opening) * zone.gain(state.spool_v) / opening.magnitude;
+                    let per_v = || self.gain_per_v(opening) * zone.gain(spool_v) / opening.magnitude;
                     if open { per_v() } else { zero }
                 };
-                let fill = slope(&m.dead_zone, &opening);
-                let exhaust = (self.exhaust_zone())
-                    .map_or(fill, |zone| slope(&zone, &self.opening_at(zone.output_v(state.spool_v))));
-                let gain = |valve: &Flow<R>, filling: bool| {
+                let slopes = |spool_v: R, opening: &Opening<R>| {
+                    let fill = slope(&m.dead_zone, spool_v, opening);
+                    let exhaust = (self.exhaust_zone())
+                        .map_or(fill, |zone| slope(&zone, spool_v, &self.opening_at(zone.output_v(spool_v))));
+                    [fill, exhaust]
+                };
+                let slopes_a = slopes(state.spool_v, &opening_a);
+                let slopes_b = if self.feels_apart() { slopes(state.spool_b_v, &opening_b) } else { slopes_a };
+                let gain = |valve: &Flow<R>, filling: bool, [fill, exhaust]: [R; 2]| {
                     valve.mass_flow * if filling { fill } else { exhaust } * valve.opening_exponent
                 };
-                let (gain_a, gain_b) = (gain(&valve_a, fills_a), gain(&valve_b, fills_b));
+                let (gain_a, gain_b) = (gain(&valve_a, fills_a, slopes_a), gain(&valve_b, fills_b, slopes_b));
                 jacobian.a_supply = valve_a.by_supply * rate_a.by_mass_flow;
                 jacobian.b_supply = valve_b.by_supply * rate_b.by_mass_flow;
                 jacobian.a_spool = gain_a * rate_a.by_mass_flow;
                 jacobian.b_spool = gain_b * rate_b.by_mass_flow;
-                let (drawn, gain) = if opening.fills_a { (valve_a, gain_a) } else { (valve_b, gain_b) };
-                (jacobian.supply_supply, jacobian.supply_spool, jacobian.supply_filled) =
-                    self.added.supply_droop.partials(&drawn, gain);
+                let drawn_by = |fills: bool, valve: &Flow<R>, gain: R| fills.then_some((*valve, gain));
+                (jacobian.supply_supply, jacobian.supply_spool, jacobian.supply_filled) = (self.added.supply_droop)
+                    .partials([drawn_by(fills_a, &valve_a, gain_a), drawn_by(fills_b, &valve_b, gain_b)]);
                 if self.added.wall_heat.is_present() {
                     let row =
                         |rate: &WarmthRate<R>, valve: &Flow<R>, flow: &ChamberFlow<R>, gain: R, grows: R| WarmthRow {

@@ -52,9 +52,10 @@ struct Stages<R> {
 /// The additional states' part of the linear systems.
 #[derive(Clone, Copy, Default)]
 struct Extra<R> {
+    feels_apart: bool,
     spool: SpoolSolution<R>,
     supply: R,
-    supply_spool: R,
+    supply_spool: [R; 2],
     filled_a: R,
     filled_b: R,
     a_spool: R,
@@ -85,11 +86,12 @@ impl<R: Real> Warmth<R> {
         Self { row: *row, inverse, into_pressure: row.pressure_by_warmth * inverse }
     }
 
-    fn solve(&self, right: R, [own, other]: [R; 2], k: &State<R>) -> R {
+    /// `own` and `other` are the chambers' pressures, `spool_v` is the spool's place as the chamber feels it.
+    fn solve(&self, right: R, [own, other]: [R; 2], spool_v: R, k: &State<R>) -> R {
         let r = &self.row;
         let gas = r.by_pressure * own + r.by_other_pressure * other;
         let motion = r.by_velocity * k.v_m_per_s + r.by_position * k.y_m;
-        (right + gas + motion + r.by_supply * k.p_sup_pa + r.by_spool * k.spool_v) * self.inverse
+        (right + gas + motion + r.by_supply * k.p_sup_pa + r.by_spool * spool_v) * self.inverse
     }
 }
 
@@ -117,15 +119,15 @@ impl<R: Real> Extra<R> {
         let supply = R::ONE / (diagonal - j.supply_supply);
         let sensed_gain = added.pressure_lag.inverse_s();
         let y_sensed_gain = added.position_lag.inverse_s();
-        // Only the chamber that is being filled depends on the supply, and the supply on it.
-        let fills_a = j.a_supply != R::ZERO;
-        let coupling = j.supply_filled * supply;
+        // Only a chamber that is being filled depends on the supply, and the supply on it.
+        let [filled_a, filled_b] = j.supply_filled.map(|by_pressure| by_pressure * supply);
         Self {
+            feels_apart: plant.feels_apart(),
             spool: added.valve_lag.solution(diagonal),
             supply,
             supply_spool: j.supply_spool,
-            filled_a: if fills_a { coupling } else { R::ZERO },
-            filled_b: if fills_a { R::ZERO } else { coupling },
+            filled_a,
+            filled_b,
             a_spool: j.a_spool,
             b_spool: j.b_spool,
             a_supply: j.a_supply,
@@ -159,11 +161,13 @@ impl<R: Real> Stages<R> {
             extra = Extra { warmths, ..Extra::new(plant, j, diagonal) };
             let (diagonal_a, diagonal_b) =
                 (diagonal_a - j.a_supply * extra.filled_a, diagonal_b - j.b_supply * extra.filled_b);
-            let inverse_determinant = R::ONE / (diagonal_a * diagonal_b - j.a_b * j.b_a);
+            // Chambers that are filled at the same time, behind hoses of other lengths, also share the supply.
+            let (by_b, by_a) = (j.a_b + j.a_supply * extra.filled_b, j.b_a + j.b_supply * extra.filled_a);
+            let inverse_determinant = R::ONE / (diagonal_a * diagonal_b - by_b * by_a);
             a_a = diagonal_b * inverse_determinant;
             b_b = diagonal_a * inverse_determinant;
-            a_b = j.a_b * inverse_determinant;
-            b_a = j.b_a * inverse_determinant;
+            a_b = by_b * inverse_determinant;
+            b_a = by_a * inverse_determinant;
         } else {
             (a_a, b_b) = (R::ONE / diagonal_a, R::ONE / diagonal_b);
             (a_b, b_a) = (zero, zero);
@@ -232,13 +236,22 @@ impl<R: Real> Stages<R> {
         let mut k = State::default();
         let (mut r_a, mut r_b) = (r.p_a_pa, r.p_b_pa);
         let x = &self.extra;
+        let mut spool_b_v = R::ZERO;
         if EXTENDED {
             k.spool_v = r.spool_v * x.spool.w_w + r.spool_v_per_s * x.spool.w_r;
             k.spool_v_per_s = k.spool_v * x.spool.r_w + r.spool_v_per_s * x.spool.r_r;
+            if x.feels_apart {
+                k.spool_b_v = r.spool_b_v * x.spool.w_w + r.spool_b_v_per_s * x.spool.w_r;
+                k.spool_b_v_per_s = k.spool_b_v * x.spool.r_w + r.spool_b_v_per_s * x.spool.r_r;
+                spool_b_v = k.spool_b_v;
+            } else {
+                spool_b_v = k.spool_v;
+            }
+            let [by_spool, by_spool_b] = x.supply_spool;
             // The supply without what the filled chamber's own change adds to it.
-            k.p_sup_pa = (r.p_sup_pa + x.supply_spool * k.spool_v) * x.supply;
+            k.p_sup_pa = (r.p_sup_pa + by_spool * k.spool_v + by_spool_b * spool_b_v) * x.supply;
             r_a += x.a_spool * k.spool_v + x.a_supply * k.p_sup_pa;
-            r_b += x.b_spool * k.spool_v + x.b_supply * k.p_sup_pa;
+            r_b += x.b_spool * spool_b_v + x.b_supply * k.p_sup_pa;
             if let Some([warmth_a, warmth_b]) = &x.warmths {
                 r_a += warmth_a.into_pressure * r.warmth_a;
                 r_b += warmth_b.into_pressure * r.warmth_b;
@@ -262,8 +275,8 @@ impl<R: Real> Stages<R> {
             k.p_b_sensed_pa = (r.p_b_sensed_pa + x.sensed_gain * k.p_b_pa) * x.sensed;
             k.y_sensed_m = (r.y_sensed_m + x.y_sensed_gain * k.y_m) * x.y_sensed;
             if let Some([warmth_a, warmth_b]) = &x.warmths {
-                k.warmth_a = warmth_a.solve(r.warmth_a, [k.p_a_pa, k.p_b_pa], &k);
-                k.warmth_b = warmth_b.solve(r.warmth_b, [k.p_b_pa, k.p_a_pa], &k);
+                k.warmth_a = warmth_a.solve(r.warmth_a, [k.p_a_pa, k.p_b_pa], k.spool_v, &k);
+                k.warmth_b = warmth_b.solve(r.warmth_b, [k.p_b_pa, k.p_a_pa], spool_b_v, &k);
             }
         }
         k
@@ -285,6 +298,8 @@ impl<R: Real> State<R> {
         if EXTENDED {
             product.spool_v = factor * self.spool_v;
             product.spool_v_per_s = factor * self.spool_v_per_s;
+            product.spool_b_v = factor * self.spool_b_v;
+            product.spool_b_v_per_s = factor * self.spool_b_v_per_s;
             product.p_sup_pa = factor * self.p_sup_pa;
             product.p_a_sensed_pa = factor * self.p_a_sensed_pa;
             product.p_b_sensed_pa = factor * self.p_b_sensed_pa;
@@ -309,6 +324,8 @@ impl<R: Real> State<R> {
         if EXTENDED {
             sum.spool_v = self.spool_v + factor * other.spool_v;
             sum.spool_v_per_s = self.spool_v_per_s + factor * other.spool_v_per_s;
+            sum.spool_b_v = self.spool_b_v + factor * other.spool_b_v;
+            sum.spool_b_v_per_s = self.spool_b_v_per_s + factor * other.spool_b_v_per_s;
             sum.p_sup_pa = self.p_sup_pa + factor * other.p_sup_pa;
             sum.p_a_sensed_pa = self.p_a_sensed_pa + factor * other.p_a_sensed_pa;
             sum.p_b_sensed_pa = self.p_b_sensed_pa + factor * other.p_b_sensed_pa;
@@ -393,9 +410,9 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const STATES: usize = 13;
+    const STATES: usize = 15;
     /// Sizes for which a change is felt, by component: for difference quotients.
-    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1, 1e2, 1e-2];
+    const SCALE: [f64; STATES] = [1e-2, 1e-1, 1e5, 1e5, 1e-5, 1.0, 1e5, 1e5, 1e5, 0.1, 0.1, 1e2, 1e-2, 1.0, 1e2];
 
     fn to_array(s: &State<f64>) -> [f64; STATES] {
         [
@@ -412,12 +429,15 @@ mod tests {
             s.warmth_b,
             s.spool_v_per_s,
             s.y_sensed_m,
+            s.spool_b_v,
+            s.spool_b_v_per_s,
         ]
     }
 
     fn to_state(x: &[f64; STATES]) -> State<f64> {
         let [y_m, v_m_per_s, p_a_pa, p_b_pa, z_m, spool_v, p_sup_pa, rest @ ..] = *x;
-        let [p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b, spool_v_per_s, y_sensed_m] = rest;
+        let [p_a_sensed_pa, p_b_sensed_pa, warmth_a, warmth_b, spool_v_per_s, y_sensed_m, spool_b_v, spool_b_v_per_s] =
+            rest;
         State {
             y_m,
             v_m_per_s,
@@ -426,6 +446,8 @@ mod tests {
             z_m,
             spool_v,
             spool_v_per_s,
+            spool_b_v,
+            spool_b_v_per_s,
             p_sup_pa,
             p_a_sensed_pa,
             p_b_sensed_pa,
@@ -491,7 +513,8 @@ mod tests {
             warmths in (-0.15f64..0.15, -0.15f64..0.15),
             spool in (prop_oneof![Just(0.0), 0.05f64..1.5], -300.0f64..300.0),
             corners in (prop_oneof![Just(0.0), 0.02f64..0.4], prop_oneof![Just(0.0), -0.4f64..0.4], prop_oneof![Just(0.0), 0.3f64..1.0]),
-            r in proptest::array::uniform13(-1.0f64..1.0),
+            far in (-3.0f64..3.0, -300.0f64..300.0),
+            r in proptest::array::uniform15(-1.0f64..1.0),
         ) {
             let mut rig = Rig::<f64>::paper_a();
             rig.friction.damping_n_s_per_m = 450.0;
@@ -526,12 +549,17 @@ mod tests {
             let Ok(plant) = Plant::new(&rig, &effects) else { return Ok(()) };
             let inputs = Inputs { u_v: u.0, external_force_n: 3.0, supply_pa: 7e5 };
             let drive = plant.drive(&inputs);
-            let mut state = to_state(&[y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1, spool.1, y + 0.003]);
+            let mut state = to_state(&[
+                y, v, p.0, p.1, z, u.1, p.2, p.0 + 100.0, p.1 - 100.0, warmths.0, warmths.1, spool.1, y + 0.003, far.0, far.1,
+            ]);
             plant.settle(&mut state, &drive);
             // States that follow their sources at once have no rate: their right-hand side is zero.
             let mut right: [f64; STATES] = core::array::from_fn(|i| r[i] * SCALE[i] / h);
-            if !plant.added.valve_lag.is_present() { right[5] = 0.0; }
-            if !plant.added.valve_lag.has_inertia() { right[11] = 0.0; }
+            let (lags, moves) = (plant.added.valve_lag.is_present(), plant.added.valve_lag.has_inertia());
+            if !lags { right[5] = 0.0; }
+            if !moves { right[11] = 0.0; }
+            if !(lags && plant.feels_apart()) { right[13] = 0.0; }
+            if !(moves && plant.feels_apart()) { right[14] = 0.0; }
             if !plant.added.supply_droop.is_present() { right[6] = 0.0; }
             if !plant.added.pressure_lag.is_present() { right[7] = 0.0; right[8] = 0.0; }
             if !plant.added.position_lag.is_present() { right[12] = 0.0; }

@@ -1,7 +1,7 @@
 //! Plant, command path, integrator and sensors as one object: what closed loops, sweeps and tests drive.
 
 use crate::command_path::CommandPath;
-use crate::effects::Effects;
+use crate::effects::{Effects, Side};
 use crate::measurement::Measurement;
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
@@ -46,7 +46,10 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[must_use]
     pub fn from_state(plant: Plant<R>, state: State<R>, stepper: Stepper<R>) -> Self {
         Self {
-            command_path: CommandPath::new(plant.line_delay_s(), plant.added.valve_hysteresis),
+            command_path: CommandPath::new(
+                [Side::A, Side::B].map(|side| plant.line_delay_s(side)),
+                plant.added.valve_hysteresis,
+            ),
             sensors: Sensors::new(plant.added.position_delay.delay_s),
             plant,
             state,
@@ -75,11 +78,11 @@ impl<R: Real, const N: usize> Simulator<R, N> {
         self.sensors.record(self.state.y_sensed_m, dt_s);
         let (plant, state, stepper) = (&self.plant, &mut self.state, &mut self.stepper);
         if let Some(u_v) = self.command_path.pass(inputs.u_v) {
-            stepper.advance_inline(plant, state, &Inputs { u_v, ..*inputs }, dt_s);
+            stepper.advance_inline(plant, state, &Inputs { u_v, ..*inputs }, u_v, dt_s);
             return;
         }
-        self.command_path.send(inputs.u_v, dt_s, |u_v, duration| {
-            stepper.advance(plant, state, &Inputs { u_v, ..*inputs }, duration);
+        self.command_path.send(inputs.u_v, dt_s, |[u_v, u_b_v], duration| {
+            stepper.advance_felt(plant, state, &Inputs { u_v, ..*inputs }, u_b_v, duration);
         });
     }
 

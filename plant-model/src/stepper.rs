@@ -129,17 +129,36 @@ impl<R: Real> Stepper<R> {
 
     /// Advances the state by `dt` seconds under constant inputs. `dt` must be positive; otherwise nothing happens.
     pub fn advance(&mut self, plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
-        self.advance_inline(plant, state, inputs, dt_s);
+        self.advance_felt(plant, state, inputs, inputs.u_v, dt_s);
     }
 
-    /// [`Stepper::advance`] for the one place where nearly all ticks of a simulation pass.
+    /// [`Stepper::advance`] with the command as chamber B feels it, V, behind another hose.
+    pub(crate) fn advance_felt(
+        &mut self,
+        plant: &Plant<R>,
+        state: &mut State<R>,
+        inputs: &Inputs<R>,
+        u_b_v: R,
+        dt_s: R,
+    ) {
+        self.advance_inline(plant, state, inputs, u_b_v, dt_s);
+    }
+
+    /// [`Stepper::advance_felt`] for the one place where nearly all ticks of a simulation pass.
     #[inline(always)]
-    pub(crate) fn advance_inline(&mut self, plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
+    pub(crate) fn advance_inline(
+        &mut self,
+        plant: &Plant<R>,
+        state: &mut State<R>,
+        inputs: &Inputs<R>,
+        u_b_v: R,
+        dt_s: R,
+    ) {
         let runs = dt_s > R::ZERO;
         if !runs {
             return;
         }
-        let drive = plant.drive_from(inputs, &mut self.opening);
+        let drive = plant.drive_from(inputs, u_b_v, &mut self.opening);
         if plant.is_extended() {
             self.advance_extended(plant, state, &drive, dt_s);
             return;
@@ -311,7 +330,8 @@ fn stop_at_ends<R: Real>(plant: &Plant<R>, state: &mut State<R>) {
 impl<R: Real> State<R> {
     /// All components finite, absolute pressures positive.
     fn is_physical(&self) -> bool {
-        let motion = self.y_m + self.y_sensed_m + self.v_m_per_s + self.z_m + self.spool_v + self.spool_v_per_s;
+        let spool = self.spool_v + self.spool_v_per_s + self.spool_b_v + self.spool_b_v_per_s;
+        let motion = self.y_m + self.y_sensed_m + self.v_m_per_s + self.z_m + spool;
         let pressures = self.p_a_pa + self.p_b_pa + self.p_sup_pa + self.p_a_sensed_pa + self.p_b_sensed_pa;
         let temperatures = self.warmth_a > -R::ONE && self.warmth_b > -R::ONE;
         let finite = (motion + pressures + self.warmth_a + self.warmth_b).is_finite();
@@ -332,6 +352,7 @@ impl<R: Real> Weights<R> {
         let mut sum = pressures + (motion + square(error.z_m, self.bristle));
         if EXTENDED {
             sum += square(error.spool_v, self.spool) + square(error.p_sup_pa, self.pressure);
+            sum += square(error.spool_b_v, self.spool);
             sum += square(error.p_a_sensed_pa, self.pressure) + square(error.p_b_sensed_pa, self.pressure);
             sum += square(error.y_sensed_m, self.position);
             // Warmth and pressure err alike where a relative change of one is as large as one of the other.

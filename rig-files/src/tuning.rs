@@ -150,7 +150,7 @@ impl Pneumatics {
                 ]
             }),
             opening_v: None,
-            delay_s: known.hose_delay_s,
+            delay_s: plant.mean_line_delay_s(),
             rest_pa: rig.equilibrium_pressures_pa(),
         };
         if rig.cylinder.is_single_acting() {

@@ -34,8 +34,9 @@ impl Physics {
             lag_s: 0.0,
             spool_inertia: v.spool_inertia,
             play_v: 0.0,
-            line_delay_s: 0.5 * (h.a_length_m + h.b_length_m)
-                / (rig.gas.heat_capacity_ratio * rig.gas.gas_constant_j_per_kg_k * rig.gas.temperature_k).sqrt(),
+            line_delays_s: [h.a_length_m, h.b_length_m].map(|length| {
+                length / (rig.gas.heat_capacity_ratio * rig.gas.gas_constant_j_per_kg_k * rig.gas.temperature_k).sqrt()
+            }),
             sonic: None,
             tubes: [[h.a_length_m, h.a_diameter_m], [h.b_length_m, h.b_diameter_m]]
                 .map(|[length, diameter]| Tube::of(length, diameter, rig.gas.temperature_k).into_iter().collect()),

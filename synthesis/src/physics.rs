@@ -48,7 +48,8 @@ pub struct Physics {
     /// `1 / (4 ζ²)` of a spool whose lag is of second order.
     pub(crate) spool_inertia: f64,
     pub(crate) play_v: f64,
-    pub(crate) line_delay_s: f64,
+    /// How late A and B feel the spool.
+    pub(crate) line_delays_s: [f64; 2],
     /// Critical ratio and conductance scale of ISO 6358.
     pub(crate) choked: Option<[f64; 2]>,
     pub(crate) droop: f64,

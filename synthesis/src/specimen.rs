@@ -27,8 +27,9 @@ pub struct Specimen {
     /// Temperatures of A and B; those of the supply, unless the walls exchange heat.
     warmth: [f64; 2],
     z: f64,
-    spool: f64,
-    spool_speed: f64,
+    /// The spool's place and speed as A and B feel them at the ends of their hoses.
+    spool: [f64; 2],
+    spool_speed: [f64; 2],
     supply: f64,
     sensed_y: f64,
     sensed_a: f64,
@@ -36,10 +37,10 @@ pub struct Specimen {
     load_y: f64,
     load_v: f64,
     rest_s: f64,
-    played: f64,
-    /// Commands on their way with the time at which the valve sees them.
+    played: [f64; 2],
+    /// Commands with the time at which they were sent, as far back as one chamber still feels them.
     commands: VecDeque<(f64, f64)>,
-    command: f64,
+    command: [f64; 2],
     /// Past positions by time, as far back as the sensor is late.
     positions: VecDeque<(f64, f64)>,
 }
@@ -57,8 +58,8 @@ impl Specimen {
             p_b: p_b_pa,
             warmth: [physics.temperature_k; 2],
             z: 0.0,
-            spool: 0.0,
-            spool_speed: 0.0,
+            spool: [0.0; 2],
+            spool_speed: [0.0; 2],
             supply: physics.supply_pa,
             sensed_y: y_m,
             sensed_a: p_a_pa,
@@ -66,9 +67,9 @@ impl Specimen {
             load_y: y_m,
             load_v: 0.0,
             rest_s: 0.0,
-            played: 0.0,
+            played: [0.0; 2],
             commands: VecDeque::new(),
-            command: 0.0,
+            command: [0.0; 2],
             positions: VecDeque::new(),
             physics,
         }
@@ -95,20 +96,24 @@ impl Specimen {
     /// Holds command `u` in V for `dt` seconds.
     pub fn advance(&mut self, u_v: f64, dt_s: f64) {
         let end = self.time_s + dt_s;
-        if self.physics.line_delay_s > 0.0 {
-            self.commands.push_back((self.time_s + self.physics.line_delay_s, u_v));
-        } else {
-            self.command = u_v;
-        }
+        self.commands.push_back((self.time_s, u_v));
+        let delays_s = self.physics.line_delays_s;
+        let latest_s = delays_s[0].max(delays_s[1]);
         while self.time_s < end {
-            while let Some(&(from, command)) = self.commands.front() {
-                if from > self.time_s {
-                    break;
+            let mut stop = end;
+            for (felt, delay_s) in self.command.iter_mut().zip(delays_s) {
+                for (sent, command) in &self.commands {
+                    let from = sent + delay_s;
+                    if from > self.time_s {
+                        stop = stop.min(from);
+                        break;
+                    }
+                    *felt = *command;
                 }
-                self.command = command;
+            }
+            while self.commands.get(1).is_some_and(|(sent, _)| sent + latest_s <= self.time_s) {
                 self.commands.pop_front();
             }
-            let stop = self.commands.front().map_or(end, |&(from, _)| from.min(end));
             self.span(stop - self.time_s);
             self.time_s = stop;
         }
@@ -116,8 +121,11 @@ impl Specimen {
 
     /// Integrates over an interval of constant command.
     fn span(&mut self, duration: f64) {
-        self.played = self.played.clamp(self.command - self.physics.play_v, self.command + self.physics.play_v);
-        let target = self.played.clamp(-self.physics.max_v, self.physics.max_v);
+        let (play, most) = (self.physics.play_v, self.physics.max_v);
+        for (played, command) in self.played.iter_mut().zip(self.command) {
+            *played = played.clamp(command - play, command + play);
+        }
+        let target = self.played.map(|played| played.clamp(-most, most));
         let steps = (duration / self.step_s).ceil().max(1.0);
         let h = duration / steps;
         let decay = |tau: f64| if tau > 0.0 { (-0.25 * h / tau).exp() } else { 0.0 };
@@ -145,35 +153,37 @@ impl Specimen {
         }
     }
 
-    fn move_spool(&mut self, target: f64, decay: f64, h: f64) {
-        let before = self.spool;
+    fn move_spool(&mut self, targets: [f64; 2], decay: f64, h: f64) {
         let (lag, inertia) = (self.physics.lag_s, self.physics.spool_inertia);
-        if lag > 0.0 && inertia > 0.0 {
-            // m tau^2 w'' = target - w - tau w', both states at the middle of the step.
-            let stiff = 0.5 * h / (inertia * lag * lag);
-            let speed = self.spool_speed;
-            let change =
-                2.0 * stiff * (target - self.spool - (lag + 0.5 * h) * speed) / (1.0 + stiff * (lag + 0.5 * h));
-            self.spool_speed += change;
-            self.spool += h * (speed + 0.5 * change);
-        } else {
-            self.spool = target + (self.spool - target) * decay;
-        }
-        if let Some(rate) = self.physics.outside.slew {
-            self.spool = self.spool.clamp(before - rate * h, before + rate * h);
+        for ((spool, spool_speed), target) in self.spool.iter_mut().zip(&mut self.spool_speed).zip(targets) {
+            let before = *spool;
+            if lag > 0.0 && inertia > 0.0 {
+                // m tau^2 w'' = target - w - tau w', both states at the middle of the step.
+                let stiff = 0.5 * h / (inertia * lag * lag);
+                let speed = *spool_speed;
+                let change =
+                    2.0 * stiff * (target - *spool - (lag + 0.5 * h) * speed) / (1.0 + stiff * (lag + 0.5 * h));
+                *spool_speed += change;
+                *spool += h * (speed + 0.5 * change);
+            } else {
+                *spool = target + (*spool - target) * decay;
+            }
+            if let Some(rate) = self.physics.outside.slew {
+                *spool = spool.clamp(before - rate * h, before + rate * h);
+            }
         }
     }
 
     /// Rates of the two chamber pressures, of the supply and of both temperatures at constant piston.
-    fn gas_rates(&self, [p_a, p_b, supply, t_a, t_b]: [f64; 5], openings: [f64; 2], now: f64) -> [f64; 5] {
+    fn gas_rates(&self, [p_a, p_b, supply, t_a, t_b]: [f64; 5], felt: [[f64; 2]; 2], now: f64) -> [f64; 5] {
         let ph = &self.physics;
-        let [in_rad, out_rad] = openings.map(f64::abs);
-        // One of them may be closed while the other is open.
-        let fills_a = openings[0] + openings[1] >= 0.0;
-        let [a_rad, b_rad] = if fills_a { [in_rad, out_rad] } else { [out_rad, in_rad] };
-        let into_a = ph.flow_near_end(ph.half_stroke + self.y, 0, fills_a, a_rad, supply, p_a);
-        let into_b = ph.flow_near_end(ph.half_stroke - self.y, 1, !fills_a, b_rad, supply, p_b);
-        let drawn = if fills_a { into_a } else { into_b };
+        // Of the paths from the supply and to atmosphere, one may be closed while the other is open.
+        let towards_b = felt.map(|[supplied, vented]| supplied + vented >= 0.0);
+        let fills = [towards_b[0], !towards_b[1]];
+        let rad = |side: usize| felt[side][usize::from(!fills[side])].abs();
+        let into_a = ph.flow_near_end(ph.half_stroke + self.y, 0, fills[0], rad(0), supply, p_a);
+        let into_b = ph.flow_near_end(ph.half_stroke - self.y, 1, fills[1], rad(1), supply, p_b);
+        let drawn = if fills[0] { into_a } else { 0.0 } + if fills[1] { into_b } else { 0.0 };
         let mut into = [into_a, into_b];
         effects::flow(&ph.present, &Gas { p_a, p_b, atmosphere: ph.atmosphere_pa }, &mut into);
         let [q_a, q_b] = into;
@@ -222,7 +232,9 @@ impl Specimen {
         if self.physics.droop <= 0.0 {
             self.supply = self.source(now);
         }
-        let openings = self.physics.openings(self.spool);
+        let [of_a, of_b] = self.spool;
+        let felt_by_a = self.physics.openings(of_a);
+        let openings = [felt_by_a, if of_b == of_a { felt_by_a } else { self.physics.openings(of_b) }];
         let [t_a, t_b] = self.warmth;
         let begin = [self.p_a, self.p_b, self.supply, t_a, t_b];
         let first = self.gas_rates(begin, openings, now);

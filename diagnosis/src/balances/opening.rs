@@ -1,6 +1,6 @@
 //! The valve's openings where its spool is: dead zone, then `atan(2 w)` or a table.
 
-use super::valve::{Places, Travel, places};
+use super::valve::{Places, Travel, Way, places};
 use crate::data::record::Record;
 use plant_model::dead_zone::DeadZone;
 use plant_model::valve_flow::Opening;
@@ -45,11 +45,20 @@ impl Openings {
     }
 
     /// Means over the intervals of what the paths of A and B have at the spool's places; those of B are their own if the paths are
-    /// apart.
+    /// apart, or if B feels the spool at another time.
     fn averaged(places: &Places, record: &Record, apart: bool, mut at: impl FnMut(f64) -> [f64; 2]) -> Self {
-        let rows = places.ends.len();
+        let [a, b] = Self::along(&places.a, record, apart, &mut at);
+        match &places.b {
+            Some(way) => Self { a, b: Self::along(way, record, true, &mut at)[1].clone() },
+            None => Self { a, b },
+        }
+    }
+
+    /// The same for both sides, with the spool on one way.
+    fn along(way: &Way, record: &Record, apart: bool, at: &mut impl FnMut(f64) -> [f64; 2]) -> [Arc<Vec<f64>>; 2] {
+        let rows = way.ends.len();
         let (mut a, mut b) = (Vec::with_capacity(rows), Vec::with_capacity(if apart { rows } else { 0 }));
-        for (k, parts) in places.by_sample().enumerate() {
+        for (k, parts) in way.by_sample().enumerate() {
             let mut sum = [0.0; 2];
             for (place, duration_s) in parts {
                 let here = at(*place);
@@ -64,7 +73,7 @@ impl Openings {
         }
         let a = Arc::new(a);
         let b = if apart { Arc::new(b) } else { Arc::clone(&a) };
-        Self { a, b }
+        [a, b]
     }
 
     /// The interval after a sample as the parts of it add up, s.
@@ -280,26 +289,36 @@ impl<'a> Along<'a> {
             return None;
         }
         let empty = || Moments(characteristic.pieces.each_ref().map(|pieces| vec![Vec::new(); pieces.len()]));
-        let mut moments = vec![empty()];
-        if characteristic.exhaust_zone.is_some() {
-            moments.push(empty());
-        }
-        let mut none = Vec::with_capacity(places.ends.len());
-        let mut near = [0; 2];
-        for (k, parts) in places.by_sample().enumerate() {
-            let interval_s = Openings::interval_s(record, k);
-            for (place, duration_s) in parts {
-                let (filling, exhausting) = characteristic.paths(*place, &mut near);
-                let exhausting = exhausting.unwrap_or(filling);
-                // A path that is closed does not say which way the others are open.
-                let fills_a = filling.w >= 0.0 && exhausting.w >= 0.0;
-                let of_a_and_b = if fills_a { [filling, exhausting] } else { [exhausting, filling] };
-                for (moments, on) in moments.iter_mut().zip(of_a_and_b) {
-                    moments.add(&characteristic, on, (k, duration_s / interval_s));
+        let [mut of_a, mut of_b] = [(); 2].map(|()| empty());
+        let add = |way: &Way, mut to: [Option<&mut Moments>; 2]| {
+            let mut near = [0; 2];
+            for (k, parts) in way.by_sample().enumerate() {
+                let interval_s = Openings::interval_s(record, k);
+                for (place, duration_s) in parts {
+                    let (filling, exhausting) = characteristic.paths(*place, &mut near);
+                    let exhausting = exhausting.unwrap_or(filling);
+                    // A path that is closed does not say which way the others are open.
+                    let fills_a = filling.w >= 0.0 && exhausting.w >= 0.0;
+                    let of_a_and_b = if fills_a { [filling, exhausting] } else { [exhausting, filling] };
+                    for (moments, on) in to.iter_mut().zip(of_a_and_b) {
+                        if let Some(moments) = moments {
+                            moments.add(&characteristic, on, (k, duration_s / interval_s));
+                        }
+                    }
                 }
             }
-            none.push(if parts.is_empty() { f64::NAN } else { 0.0 });
+        };
+        let has_own_edges = characteristic.exhaust_zone.is_some();
+        match &places.b {
+            Some(b) => {
+                add(&places.a, [Some(&mut of_a), None]);
+                add(b, [None, Some(&mut of_b)]);
+            }
+            None => add(&places.a, [Some(&mut of_a), has_own_edges.then_some(&mut of_b)]),
         }
+        let of_row = |parts: &[(f64, f64)]| if parts.is_empty() { f64::NAN } else { 0.0 };
+        let none = places.a.by_sample().map(of_row).collect();
+        let moments = if has_own_edges || places.b.is_some() { vec![of_a, of_b] } else { vec![of_a] };
         Some(Self { characteristic, none, moments })
     }
 
@@ -361,6 +380,28 @@ mod tests {
             for (k, (one, other)) in all.a.iter().zip(&*some.a).enumerate() {
                 let wanted = stretches.iter().any(|stretch| stretch.range().contains(&k));
                 assert!(if wanted { (one - other).abs() < 1.0e-12 } else { other.is_nan() }, "{k}: {one} {other}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_chamber_behind_the_longer_hose_has_the_same_openings_later() {
+        let mut file = RigFile::paper_b();
+        let gas = file.rig.gas;
+        let sound = (gas.heat_capacity_ratio * gas.gas_constant_j_per_kg_k * gas.temperature_k).sqrt();
+        let hoses = &mut file.rig.hoses;
+        (hoses.a_length_m, hoses.a_diameter_m, hoses.b_length_m, hoses.b_diameter_m) =
+            (1.0e-3 * sound, 4.0e-3, 4.0e-3 * sound, 4.0e-3);
+        let t_s: Vec<f64> = (0..600).map(|k| 1.0e-3 * f64::from(k)).collect();
+        let u_v = t_s.iter().map(|t| 1.7 * (1.5 * t).sin() + 2.9 * (31.0 * t).sin()).collect();
+        let record = prepare(&Log { y_m: vec![0.0; t_s.len()], u_v: Some(u_v), t_s, ..Log::default() }, &file);
+        for lag_s in [0.0, 0.003] {
+            let plant = Plant::new(&file.rig, &Effects::none().with(Effect::ValveLag, &[lag_s])).unwrap();
+            let found = openings(&record, &plant);
+            // The valve is known some time after the log begins.
+            for k in 100..600 {
+                let (late, early) = (found.of(Side::B)[k], found.of(Side::A)[k - 3]);
+                assert!((late - early).abs() < 1.0e-3, "lag {lag_s}, row {k}: {late} {early}");
             }
         }
     }

@@ -40,25 +40,32 @@ fn drooping(record: &Record, plant: &Plant<f64>, openings: &Openings, sensor_pa:
     // By how much the sensor is above the prediction: the drift.
     let mut drifted_pa = 0.0;
     let sample = |k: usize| {
-        let filled = if openings.of(Side::B)[k] >= 0.0 { Side::A } else { Side::B };
-        let smooth = record.chamber(filled).smooth;
-        let chamber = smooth.value.get(k).map(|value| plant.true_pressure_pa(filled, *value, smooth.slope[k]));
-        let drawn = |opening: f64, p: f64| {
-            let flow = |chamber| plant.orifices(filled).inflow(true, opening, chamber, p, c.atmosphere_pa).mass_flow;
-            chamber.map_or(0.0, flow)
+        let drawn = |side: Side, opening: f64, p: f64| {
+            let smooth = record.chamber(side).smooth;
+            let flow = |chamber| plant.orifices(side).inflow(true, opening, chamber, p, c.atmosphere_pa).mass_flow;
+            let chamber = || {
+                let shown = smooth.value.get(k)?;
+                Some(plant.true_pressure_pa(side, *shown, smooth.slope[k]))
+            };
+            chamber().map_or(0.0, flow)
         };
+        // Behind hoses of different lengths both may be filled at a time.
+        let [into_a, into_b] = [openings.of(Side::A)[k], -openings.of(Side::B)[k]];
         let sensed = record.p_sup_smooth.value.get(k).map(|sensed| sensed - sensor_pa);
         // At the beginning and after an interruption the droop is unknown: the prediction starts from the measurement, if any, less the drift
         // as known from before, but lost no more than the valve draws when it is open: without a droop nothing.
         let anew = k == 0 || interrupted(&record.t_s, k, record.quality.interval_s);
         if let Some(sensed) = sensed.filter(|_| anew) {
-            let most = droop.settled_pa(c.supply_pa, drawn(FRAC_PI_2, c.supply_pa));
+            let filled = if into_b <= 0.0 { Side::A } else { Side::B };
+            let most = droop.settled_pa(c.supply_pa, drawn(filled, FRAC_PI_2, c.supply_pa));
             p = (sensed - drifted_pa).max(most).min(c.supply_pa);
         }
         let predicted = p;
         drifted_pa = sensed.map_or(0.0, |sensed| sensed - p);
         // What is drawn is driven by the pressure as it is, drift and all.
-        let drawn = drawn(openings.of(filled)[k].abs(), sensed.filter(|p| p.is_finite()).unwrap_or(p));
+        let source_pa = sensed.filter(|p| p.is_finite()).unwrap_or(p);
+        let into = |side: Side, opening: f64| if opening > 0.0 { drawn(side, opening, source_pa) } else { 0.0 };
+        let drawn = into(Side::A, into_a) + into(Side::B, into_b);
         let settled = droop.settled_pa(c.supply_pa, drawn);
         p = settled + (p - settled) * (-record.interval_s(k) / droop.time_constant_s).exp();
         p = p.max(c.atmosphere_pa);

@@ -1,17 +1,17 @@
-//! From the logged command to the place of the valve's spool: delay, play, spool lag.
+//! From the logged command to the place of the valve's spool as the chambers feel it: delay, play, spool lag.
 
 use super::spool::{self, Spool};
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
-use plant_model::Plant;
 use plant_model::effects::ValveLagTerms as Terms;
+use plant_model::{Plant, Side};
 
 /// The parameters that the spool's places depend on.
 #[derive(PartialEq)]
 pub(super) struct Travel {
     max_voltage_v: f64,
-    line_delay_s: f64,
+    line_delays_s: [f64; 2],
     play_half_width_v: f64,
     lag: Terms<f64>,
 }
@@ -20,7 +20,7 @@ impl Travel {
     pub(super) fn of(plant: &Plant<f64>) -> Self {
         Self {
             max_voltage_v: plant.coefficients().max_voltage_v,
-            line_delay_s: plant.line_delay_s(),
+            line_delays_s: [Side::A, Side::B].map(|side| plant.line_delay_s(side)),
             play_half_width_v: plant.added().valve_hysteresis.half_width_v,
             lag: plant.added().valve_lag,
         }
@@ -40,15 +40,22 @@ fn followed(t_s: &[f64], wanted: &[bool], before_s: f64) -> Vec<bool> {
     out
 }
 
-/// Where the spool is. The points of an opening table and a dead zone change nothing of it.
+/// Where the spool is, as the chambers feel it. The points of an opening table and a dead zone change nothing of it.
 pub(super) struct Places {
+    pub(super) a: Way,
+    /// Of B, whose hose delays it by other than A's; `None` where both feel the same.
+    pub(super) b: Option<Way>,
+}
+
+/// Where the spool is in the course of a log.
+pub(super) struct Way {
     /// The mean place over each part of an interval, V, and the part's duration, s.
     pub(super) parts: Vec<(f64, f64)>,
     /// For each sample: how many parts end before the next one.
     pub(super) ends: Vec<usize>,
 }
 
-impl Places {
+impl Way {
     /// For each sample the parts of the interval behind it; none where nobody wants them.
     pub(super) fn by_sample(&self) -> impl Iterator<Item = &[(f64, f64)]> {
         let mut begin = 0;
@@ -62,15 +69,21 @@ impl Places {
 
 /// The places of the spool, in some stretches if there are any.
 pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Places {
+    let way = |side: Side| way(record, plant, plant.line_delay_s(side), stretches);
+    Places { a: way(Side::A), b: plant.feels_apart().then(|| way(Side::B)) }
+}
+
+/// The places of the spool as they are felt after a delay.
+fn way(record: &Record, plant: &Plant<f64>, delay_s: f64, stretches: Option<&[Stretch]>) -> Way {
     let mut wanted = vec![stretches.is_none(); record.len()];
     stretches.into_iter().flatten().for_each(|stretch| wanted[stretch.range()].fill(true));
     let c = plant.coefficients();
     let (t, (t_u, u)) = (&record.t_s, record.commands());
-    let mut out = Places { parts: Vec::with_capacity(u.len()), ends: Vec::with_capacity(t.len()) };
+    let mut out = Way { parts: Vec::with_capacity(u.len()), ends: Vec::with_capacity(t.len()) };
     let Some(&first) = u.first() else { return out };
     let clamp = |u: f64| u.clamp(-c.max_voltage_v, c.max_voltage_v);
     // The valve is assumed at mid when the log begins; until `Record::valve_known_s` the air does not count.
-    let (hysteresis, lag, delay_s) = (plant.added().valve_hysteresis, plant.added().valve_lag, plant.line_delay_s());
+    let (hysteresis, lag) = (plant.added().valve_hysteresis, plant.added().valve_lag);
     let mut played = hysteresis.play(0.0, first);
     let mut source = 0;
     let mut spool = Spool::of(lag);

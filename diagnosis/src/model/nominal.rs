@@ -5,7 +5,7 @@ use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use plant_model::similarity::size_exponent;
-use plant_model::{Effect, Place, Plant};
+use plant_model::{Effect, Place, Plant, Side};
 use rig_files::{RigFile, RigKey, all_keys, rig_key};
 
 const A: Channels = Channel::PressureA.bit();
@@ -251,7 +251,8 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let tolerance = of_lag_s.max(constants::sensors_late_s());
     // No more: a delay that is plainly there has a cause.
     let farthest = constants::weather_farthest() * tolerance;
-    let of_hoses_s = Plant::unchecked(&rig.rig).line_delay_s();
+    let plant = Plant::unchecked(&rig.rig);
+    let of_hoses_s = plant.line_delay_s(Side::A).max(plant.line_delay_s(Side::B));
     let tolerance = tolerance.hypot(constants::hose_delay() * of_hoses_s);
     (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then_some(Parameter {
         slot: Slot::Stated(Effect::LineDelay, 0),
@@ -454,7 +455,8 @@ mod tests {
         assert!(rig.tolerance.set(DIAMETERS[1], 0.1));
         assert_eq!(diameter(&rig), Some((B, 0.1 * 6.0e-3)));
         let late = delay(&rig, A | B).expect("always open");
-        let sound_s = 0.75 / (1.4_f64 * 287.0 * 293.0).sqrt();
+        // Of the longer one.
+        let sound_s = 1.0 / (1.4_f64 * 287.0 * 293.0).sqrt();
         assert!((late.min + sound_s).abs() < 1e-9 && late.max <= 2.0 * constants::sensors_late_s(), "{late:?}");
         let open_s = constants::sensors_late_s().hypot(constants::hose_delay() * sound_s);
         assert!((late.scale - open_s).abs() < 1e-9, "{late:?}");

@@ -30,6 +30,7 @@ impl Definition for PayloadMass {
     const IDENTIFICATION: &'static Identification = &Identification {
         stands_for: StandsFor::ValuesOf(&["load.mass_kg"]),
         length_exponents: [1, 0, 0],
+        starts_fitted: 2,
         ..Identification::on(
             Balances::FORCE,
             &[Picture::new(Balance::Force, Against::Acceleration, "A line through zero is a mass other than stated.")],

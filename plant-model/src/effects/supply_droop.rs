@@ -37,16 +37,19 @@ impl<R: Real> Terms<R> {
         if self.is_present() { (self.settled_pa(source_pa, drawn) - supply_pa) / self.time_constant_s } else { R::ZERO }
     }
 
-    /// Derivatives of the rate by the supply pressure, by the spool's position and by the pressure of the chamber that is
-    /// filled; `drawn_per_v` is the derivative of the flow drawn by the spool's position.
+    /// Derivatives of the rate by the supply pressure, by the spool's position as each chamber feels it and by the chambers' pressures.
+    /// `drawn` are the flows into chambers that are filled, with their derivatives by the spool's position.
     #[inline(always)]
-    pub(crate) fn partials(&self, drawn: &Flow<R>, drawn_per_v: R) -> (R, R, R) {
+    pub(crate) fn partials(&self, drawn: [Option<(Flow<R>, R)>; 2]) -> (R, [R; 2], [R; 2]) {
         if !self.is_present() {
-            return (R::ZERO, R::ZERO, R::ZERO);
+            return (R::ZERO, [R::ZERO; 2], [R::ZERO; 2]);
         }
         let loss = -self.droop_pa_s_per_kg / self.time_constant_s;
-        let by_supply = loss * drawn.by_supply - R::ONE / self.time_constant_s;
-        (by_supply, loss * drawn_per_v, loss * drawn.by_chamber)
+        let [a, b] = drawn.map(|drawn| {
+            let of = |(flow, per_v): (Flow<R>, R)| [flow.by_supply, per_v, flow.by_chamber].map(|part| loss * part);
+            drawn.map_or([R::ZERO; 3], of)
+        });
+        (a[0] + b[0] - R::ONE / self.time_constant_s, [a[1], b[1]], [a[2], b[2]])
     }
 }
 

@@ -167,13 +167,17 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     let added = hosed.volumes_m3(0.0).0 - plain.volumes_m3(0.0).0;
     assert!((added / (0.25 * PI * 4.0e-3 * 4.0e-3 * 1.2) - 1.0).abs() < 1e-9);
     let sound = (1.4_f64 * 287.0 * 293.0).sqrt();
-    assert!((hosed.line_delay_s() - 1.0 / sound).abs() < 1e-9);
+    assert!((hosed.line_delay_s(Side::A) - 1.2 / sound).abs() < 1e-9);
+    assert!((hosed.line_delay_s(Side::B) - 0.8 / sound).abs() < 1e-9);
+    assert!((hosed.mean_line_delay_s() - 1.0 / sound).abs() < 1e-9);
     // A line that a chamber closes fills it in the mean without that delay: less of it, but never an answer before the command.
     let delayed = |rig: &Rig<f64>, delay_s: f64| {
-        Plant::new(rig, &Effects::none().with(Effect::LineDelay, &[delay_s])).map(|plant| plant.line_delay_s())
+        let plant = Plant::new(rig, &Effects::none().with(Effect::LineDelay, &[delay_s]));
+        plant.map(|plant| [Side::A, Side::B].map(|side| plant.line_delay_s(side)))
     };
-    assert!((delayed(&with, -0.001).unwrap() - (1.0 / sound - 0.001)).abs() < 1e-9);
-    assert_eq!(delayed(&with, -0.01), Ok(0.0));
+    let [a, b] = delayed(&with, -0.001).unwrap();
+    assert!((a - (1.2 / sound - 0.001)).abs() < 1e-9 && (b - (0.8 / sound - 0.001)).abs() < 1e-9);
+    assert_eq!(delayed(&with, -0.01), Ok([0.0; 2]));
     assert_eq!(delayed(&bare, -0.001).unwrap_err().key, "effects.line-delay.delay_s");
     // Choked throughout: the series of both has a lower critical ratio than either.
     let flow =
@@ -185,6 +189,40 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     let valve = hosed.orifices(Side::A).fill * FRAC_PI_2;
     let wanted = (1.0 + (valve / hose.conductance).powi(3)).powf(-1.0 / 3.0);
     assert!((share(FRAC_PI_2) - wanted).abs() < 1e-9 && (0.7..0.9).contains(&wanted), "{wanted}");
+}
+
+#[test]
+fn a_chamber_feels_a_step_after_the_delay_of_its_own_hose() {
+    let sound = (1.4_f64 * 287.0 * 293.0).sqrt();
+    for lag_s in [0.0, 0.004] {
+        let mut rig = with_table_and_hoses(single_rod());
+        (rig.hoses.a_length_m, rig.hoses.b_length_m) = (0.4, 2.0);
+        let effects = if lag_s > 0.0 { Effects::none().with(Effect::ValveLag, &[lag_s]) } else { Effects::none() };
+        // What each chamber does depends on the other's hose through the piston alone, which friction nearly holds at first.
+        let moved = |rig: &Rig<f64>, until_s: f64| {
+            let mut simulator = Simulator::<f64>::new(rig, &effects).unwrap();
+            let begin = *simulator.state();
+            simulator.advance(3.0, until_s);
+            let end = simulator.state();
+            [end.p_a_pa - begin.p_a_pa, end.p_b_pa - begin.p_b_pa]
+        };
+        let [arrives_a, arrives_b] = [0.4, 2.0].map(|length_m| length_m / sound);
+        assert_eq!(moved(&rig, arrives_a - 1.0e-5), [0.0; 2]);
+        let [a, b] = moved(&rig, arrives_b - 1.0e-5);
+        assert!(a > 1.0e3 && b.abs() < 0.01 * a, "lag {lag_s}: {a} {b}");
+        assert!(moved(&rig, arrives_b + 2.0e-3)[1] < -100.0);
+        // At the same time after each arrival, as behind two hoses of that delay.
+        let mut alike = rig;
+        let later = effects.with(Effect::LineDelay, &[arrives_b - arrives_a]);
+        alike.hoses.b_length_m = 0.4;
+        alike.cylinder.volume_b0_m3 += 0.25 * PI * 1.6 * alike.hoses.b_diameter_m.powi(2);
+        let mut late = Simulator::<f64>::new(&alike, &later).unwrap();
+        let begin = late.state().p_a_pa;
+        late.advance(3.0, arrives_b + 2.0e-3);
+        let by_late = late.state().p_a_pa - begin;
+        let by_own = moved(&rig, arrives_a + 2.0e-3)[0];
+        assert!((by_own / by_late - 1.0).abs() < 0.02, "lag {lag_s}: {by_own} {by_late}");
+    }
 }
 
 /// A paper's rig and its valve, with hoses.

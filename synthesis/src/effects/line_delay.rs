@@ -9,6 +9,6 @@ impl Twin for LineDelay {
     }
 
     fn apply(p: &[f64; 3], rig: &mut Physics) {
-        rig.line_delay_s = p[0];
+        rig.line_delays_s = rig.line_delays_s.map(|delay_s| (delay_s + p[0]).max(0.0));
     }
 }
