@@ -35,9 +35,8 @@ impl<R: Real, const N: usize> CommandPath<R, N> {
     #[inline]
     pub(crate) fn pass(&mut self, u_v: R) -> Option<R> {
         (self.delay_s <= R::ZERO).then(|| {
-            let played_v = self.hysteresis.play(self.played_v[0], u_v);
-            self.played_v = [played_v; 2];
-            played_v
+            self.played_v[0] = self.hysteresis.play(self.played_v[0], u_v);
+            self.played_v[0]
         })
     }
 

@@ -42,10 +42,6 @@ pub struct State<R> {
     pub spool_v: R,
     /// Velocity of a spool with inertia, V/s (`valve.spool_inertia`).
     pub spool_v_per_s: R,
-    /// Spool position as chamber B feels it, V: earlier or later by what the hoses' delays differ.
-    pub spool_b_v: R,
-    /// Velocity of the spool as chamber B feels it, V/s.
-    pub spool_b_v_per_s: R,
     /// Supply pressure at the valve, Pa absolute (`supply-droop`).
     pub p_sup_pa: R,
     /// Pressure of A behind the sensor's lag, Pa absolute, offset not included (`pressure-lag`).
@@ -58,6 +54,10 @@ pub struct State<R> {
     pub warmth_a: R,
     /// How much warmer the air of B is than the supply, relative to the supply's temperature (`wall-heat`).
     pub warmth_b: R,
+    /// Spool position as chamber B feels it, V: earlier or later by what the hoses' delays differ.
+    pub spool_b_v: R,
+    /// Velocity of the spool as chamber B feels it, V/s.
+    pub spool_b_v_per_s: R,
 }
 
 /// What acts on the plant from outside, constant over an integration step.

@@ -14,10 +14,9 @@ use crate::valve_flow::{Connection, Flow, Opening, Orifices};
 pub(crate) struct Drive<R> {
     /// As chamber A feels it at the end of its hose.
     pub(crate) command_v: R,
-    /// As chamber B does.
-    command_b_v: R,
-    opening_a: Opening<R>,
-    opening_b: Opening<R>,
+    opening: Opening<R>,
+    /// Command and opening as chamber B feels them, if [apart](Plant::feels_apart).
+    felt_by_b: Option<(R, Opening<R>)>,
     connection_a: Connection<R>,
     connection_b: Connection<R>,
     external_force_n: R,
@@ -57,9 +56,11 @@ pub(crate) struct Jacobian<R> {
     pub(crate) b_spool: R,
     pub(crate) supply_supply: R,
     /// By the spool as A and as B feel it; the chamber that is being emptied draws nothing.
-    pub(crate) supply_spool: [R; 2],
-    /// By the pressures of A and of B, likewise.
-    pub(crate) supply_filled: [R; 2],
+    pub(crate) supply_spool_a: R,
+    pub(crate) supply_spool_b: R,
+    /// Likewise.
+    pub(crate) supply_a: R,
+    pub(crate) supply_b: R,
     pub(crate) warmth_a: WarmthRow<R>,
     pub(crate) warmth_b: WarmthRow<R>,
 }
@@ -96,25 +97,26 @@ impl<R: Real> Plant<R> {
         } else if w != last.w {
             *last = self.opening_at(w);
         }
-        let opening_a = *last;
-        let (mut command_b_v, mut opening_b) = (command_v, opening_a);
-        if self.feels_apart() {
-            command_b_v = u_b_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
-            opening_b = self.opening(command_b_v);
-        }
-        let connect = |orifices: &Orifices<R>, opening: &Opening<R>, filling| {
+        let opening = *last;
+        let connect = |orifices: &Orifices<R>, filling| {
             orifices.connect(filling, opening.through(filling), inputs.supply_pa, self.model.atmosphere_pa)
         };
         Drive {
             command_v,
-            command_b_v,
-            opening_a,
-            opening_b,
-            connection_a: connect(&self.orifices_a, &opening_a, opening_a.fills_a),
-            connection_b: connect(&self.orifices_b, &opening_b, !opening_b.fills_a),
+            opening,
+            felt_by_b: self.feels_apart().then(|| self.felt_by_b(u_b_v)),
+            connection_a: connect(&self.orifices_a, opening.fills_a),
+            connection_b: connect(&self.orifices_b, !opening.fills_a),
             external_force_n: inputs.external_force_n,
             supply_pa: inputs.supply_pa,
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn felt_by_b(&self, u_b_v: R) -> (R, Opening<R>) {
+        let command_v = u_b_v.limit(-self.model.max_voltage_v, self.model.max_voltage_v);
+        (command_v, self.opening(command_v))
     }
 
     /// Lets those additional states that are not in use follow their sources.
@@ -122,7 +124,8 @@ impl<R: Real> Plant<R> {
     pub(crate) fn settle(&self, state: &mut State<R>, drive: &Drive<R>) {
         let added = &self.added;
         if !added.valve_lag.is_present() {
-            (state.spool_v, state.spool_b_v) = (drive.command_v, drive.command_b_v);
+            state.spool_v = drive.command_v;
+            state.spool_b_v = drive.felt_by_b.map_or(drive.command_v, |(command_v, _)| command_v);
         }
         if !added.valve_lag.has_inertia() {
             (state.spool_v_per_s, state.spool_b_v_per_s) = (R::ZERO, R::ZERO);
@@ -160,8 +163,11 @@ impl<R: Real> Plant<R> {
     /// The openings that A and B feel.
     #[inline]
     fn openings_now<const EXTENDED: bool>(&self, state: &State<R>, drive: &Drive<R>) -> [Opening<R>; 2] {
-        if !EXTENDED || !self.added.valve_lag.is_present() {
-            return [drive.opening_a, drive.opening_b];
+        if !EXTENDED {
+            return [drive.opening; 2];
+        }
+        if !self.added.valve_lag.is_present() {
+            return [drive.opening, drive.felt_by_b.map_or(drive.opening, |(_, opening)| opening)];
         }
         let of_a = self.opening(state.spool_v);
         [of_a, if self.feels_apart() { self.opening(state.spool_b_v) } else { of_a }]
@@ -336,9 +342,8 @@ impl<R: Real> Plant<R> {
             let drawn = drawn_by(fills_a, &valve_a) + drawn_by(fills_b, &valve_b);
             let lag = &self.added.valve_lag;
             (rates.spool_v, rates.spool_v_per_s) = lag.rates(drive.command_v, state.spool_v, state.spool_v_per_s);
-            if self.feels_apart() {
-                (rates.spool_b_v, rates.spool_b_v_per_s) =
-                    lag.rates(drive.command_b_v, state.spool_b_v, state.spool_b_v_per_s);
+            if let Some((command_v, _)) = drive.felt_by_b {
+                (rates.spool_b_v, rates.spool_b_v_per_s) = lag.rates(command_v, state.spool_b_v, state.spool_b_v_per_s);
             }
             rates.p_sup_pa = self.added.supply_droop.rate(drive.supply_pa, drawn, state.p_sup_pa);
             rates.p_a_sensed_pa = self.added.pressure_lag.rate(p_a, state.p_a_sensed_pa);
@@ -399,8 +404,11 @@ impl<R: Real> Plant<R> {
                 jacobian.a_spool = gain_a * rate_a.by_mass_flow;
                 jacobian.b_spool = gain_b * rate_b.by_mass_flow;
                 let drawn_by = |fills: bool, valve: &Flow<R>, gain: R| fills.then_some((*valve, gain));
-                (jacobian.supply_supply, jacobian.supply_spool, jacobian.supply_filled) = (self.added.supply_droop)
+                let supply = (self.added.supply_droop)
                     .partials([drawn_by(fills_a, &valve_a, gain_a), drawn_by(fills_b, &valve_b, gain_b)]);
+                jacobian.supply_supply = supply.by_supply;
+                [jacobian.supply_spool_a, jacobian.supply_spool_b] = supply.by_spool;
+                [jacobian.supply_a, jacobian.supply_b] = supply.by_pressure;
                 if self.added.wall_heat.is_present() {
                     let row =
                         |rate: &WarmthRate<R>, valve: &Flow<R>, flow: &ChamberFlow<R>, gain: R, grows: R| WarmthRow {

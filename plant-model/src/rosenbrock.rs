@@ -55,7 +55,8 @@ struct Extra<R> {
     feels_apart: bool,
     spool: SpoolSolution<R>,
     supply: R,
-    supply_spool: [R; 2],
+    supply_spool_a: R,
+    supply_spool_b: R,
     filled_a: R,
     filled_b: R,
     a_spool: R,
@@ -120,12 +121,13 @@ impl<R: Real> Extra<R> {
         let sensed_gain = added.pressure_lag.inverse_s();
         let y_sensed_gain = added.position_lag.inverse_s();
         // Only a chamber that is being filled depends on the supply, and the supply on it.
-        let [filled_a, filled_b] = j.supply_filled.map(|by_pressure| by_pressure * supply);
+        let (filled_a, filled_b) = (j.supply_a * supply, j.supply_b * supply);
         Self {
             feels_apart: plant.feels_apart(),
             spool: added.valve_lag.solution(diagonal),
             supply,
-            supply_spool: j.supply_spool,
+            supply_spool_a: j.supply_spool_a,
+            supply_spool_b: j.supply_spool_b,
             filled_a,
             filled_b,
             a_spool: j.a_spool,
@@ -247,9 +249,8 @@ impl<R: Real> Stages<R> {
             } else {
                 spool_b_v = k.spool_v;
             }
-            let [by_spool, by_spool_b] = x.supply_spool;
             // The supply without what the filled chamber's own change adds to it.
-            k.p_sup_pa = (r.p_sup_pa + by_spool * k.spool_v + by_spool_b * spool_b_v) * x.supply;
+            k.p_sup_pa = (r.p_sup_pa + x.supply_spool_a * k.spool_v + x.supply_spool_b * spool_b_v) * x.supply;
             r_a += x.a_spool * k.spool_v + x.a_supply * k.p_sup_pa;
             r_b += x.b_spool * spool_b_v + x.b_supply * k.p_sup_pa;
             if let Some([warmth_a, warmth_b]) = &x.warmths {

@@ -81,6 +81,13 @@ impl<R: Real, const N: usize> Simulator<R, N> {
             stepper.advance_inline(plant, state, &Inputs { u_v, ..*inputs }, u_v, dt_s);
             return;
         }
+        self.advance_late(inputs, dt_s);
+    }
+
+    /// Behind delays: a function of its own, so that the registers of the shorter path do not suffer from it.
+    #[inline(never)]
+    fn advance_late(&mut self, inputs: &Inputs<R>, dt_s: R) {
+        let (plant, state, stepper) = (&self.plant, &mut self.state, &mut self.stepper);
         self.command_path.send(inputs.u_v, dt_s, |[u_v, u_b_v], duration| {
             stepper.advance_felt(plant, state, &Inputs { u_v, ..*inputs }, u_b_v, duration);
         });

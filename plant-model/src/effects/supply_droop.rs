@@ -37,20 +37,30 @@ impl<R: Real> Terms<R> {
         if self.is_present() { (self.settled_pa(source_pa, drawn) - supply_pa) / self.time_constant_s } else { R::ZERO }
     }
 
-    /// Derivatives of the rate by the supply pressure, by the spool's position as each chamber feels it and by the chambers' pressures.
-    /// `drawn` are the flows into chambers that are filled, with their derivatives by the spool's position.
+    /// Derivatives of the rate; `drawn` are the flows into chambers that are filled, with their derivatives by the spool's position.
     #[inline(always)]
-    pub(crate) fn partials(&self, drawn: [Option<(Flow<R>, R)>; 2]) -> (R, [R; 2], [R; 2]) {
+    pub(crate) fn partials(&self, drawn: [Option<(Flow<R>, R)>; 2]) -> Partials<R> {
         if !self.is_present() {
-            return (R::ZERO, [R::ZERO; 2], [R::ZERO; 2]);
+            return Partials::default();
         }
         let loss = -self.droop_pa_s_per_kg / self.time_constant_s;
         let [a, b] = drawn.map(|drawn| {
             let of = |(flow, per_v): (Flow<R>, R)| [flow.by_supply, per_v, flow.by_chamber].map(|part| loss * part);
             drawn.map_or([R::ZERO; 3], of)
         });
-        (a[0] + b[0] - R::ONE / self.time_constant_s, [a[1], b[1]], [a[2], b[2]])
+        let by_supply = a[0] + b[0] - R::ONE / self.time_constant_s;
+        Partials { by_supply, by_spool: [a[1], b[1]], by_pressure: [a[2], b[2]] }
     }
+}
+
+/// Derivatives of the rate of the pressure at the valve, those of chambers for A and B.
+#[derive(Default)]
+pub(crate) struct Partials<R> {
+    pub(crate) by_supply: R,
+    /// By the spool's position as a chamber feels it.
+    pub(crate) by_spool: [R; 2],
+    /// By a chamber's pressure.
+    pub(crate) by_pressure: [R; 2],
 }
 
 /// A shorter recovery is none: the right-hand side divides by it.
