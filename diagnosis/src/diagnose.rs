@@ -100,8 +100,9 @@ pub fn diagnose(rig: &RigFile, log: &Log, progress: &dyn Fn(&str)) -> Result<Dia
                 continue;
             }
         }
-        // A large gap looks like a command that moved between rows, until causes take it away.
-        let in_doubt = record.command_moved() && reading.curve_doubt == 0.0 && asked.nothing();
+        // A large gap looks like a command that moved between rows, or like a curve that is not as stated, until causes take it away.
+        let by_curve = reading.curve_doubt > 0.0;
+        let in_doubt = if by_curve { !asked.curve } else { record.command_moved() && asked.nothing() };
         let mut other = None;
         let mut ends = |fit: &Fit| {
             other = asked.another_reading(&between_rows, &reading, &fit.hypothesis);
