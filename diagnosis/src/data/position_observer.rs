@@ -1,6 +1,7 @@
 //! How fast the observer of the position is, and what noise its innovations have: both follow from the sensors' noise.
 
 use super::quality::Quality;
+use super::record::Creeping;
 use super::record::Record;
 use super::smoothing::{Reach, twice};
 use crate::constants;
@@ -13,6 +14,18 @@ pub(super) fn force_noise_per_s2(quality: &Quality, rig: &RigFile) -> f64 {
     let mass_kg = Plant::new(&rig.rig, &rig.effects).map_or(rig.rig.load.mass_kg, |plant| plant.coefficients().mass_kg);
     let pressure = quality.pressure_a.standard_deviation.hypot(quality.pressure_b.standard_deviation).max(50.0);
     rig.rig.cylinder.mean_area_m2() * pressure / mass_kg / quality.position.standard_deviation.max(1.0e-6)
+}
+
+/// Where friction of the rig as its file states it falls with speed: `g = F_c + (F_s - F_c) exp(-(v/v_s)^2)` (3.11) falls the most, by
+/// `sqrt(2/e) (F_s - F_c) / v_s`, at `v_s / sqrt(2)`.
+pub(super) fn creeping(rig: &RigFile) -> Creeping {
+    let Ok(plant) = Plant::new(&rig.rig, &rig.effects) else { return Creeping::default() };
+    let c = plant.coefficients();
+    let steepest = (2.0 / core::f64::consts::E).sqrt() * (c.static_n - c.coulomb_n) / c.stribeck_velocity_m_per_s;
+    Creeping {
+        runs_away_per_s: ((steepest - c.viscous) / c.mass_kg).max(0.0),
+        fastest_m_per_s: constants::sliding() * c.stribeck_velocity_m_per_s,
+    }
 }
 
 /// Bandwidth of the position observer, rad/s: that of the Kalman filter of a mass under white noise of its force and its sensor, as

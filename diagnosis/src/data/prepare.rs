@@ -6,7 +6,7 @@ use super::chamber_pressure;
 use super::grid::{Between, refined};
 use super::masks;
 use super::noise::{self, ChannelNoise};
-use super::position_observer::{bandwidth_rad_per_s, force_noise_per_s2, observer_noise, pushed};
+use super::position_observer::{bandwidth_rad_per_s, creeping, force_noise_per_s2, observer_noise, pushed};
 use super::quality::Available;
 use super::record::Record;
 use super::smoothing::{Smoothed, parabola, twice};
@@ -71,6 +71,7 @@ pub(crate) fn prepare(log: &Log, rig: &RigFile) -> Record {
     record.valve_known_s = masks::valve_known_s(&record);
     let force_noise_per_s2 = force_noise_per_s2(&record.quality, rig);
     record.observer_rad_per_s = bandwidth_rad_per_s(&record.quality, force_noise_per_s2);
+    record.creeping = creeping(rig);
     let w = record.observer_rad_per_s * record.step_s;
     let pushed = pushed(w, force_noise_per_s2 * record.step_s.powi(2), &record);
     record.observer_noise = observer_noise(w, &pushed, record.averaged());
@@ -98,6 +99,7 @@ pub(crate) fn replaced(
         available: record.available,
         quality: record.quality.clone(),
         observer_rad_per_s: record.observer_rad_per_s,
+        creeping: record.creeping,
         observer_noise: record.observer_noise,
         ..Record::default()
     };

@@ -83,6 +83,8 @@ pub(crate) struct Record {
     pub(crate) valve_known_s: f64,
     /// Bandwidth of the position observer, rad/s.
     pub(crate) observer_rad_per_s: f64,
+    /// Where friction falls with speed.
+    pub(crate) creeping: Creeping,
     /// What the observer makes of the position's noise: standard deviation of its averaged innovations over that of the
     /// sensor.
     pub(crate) observer_noise: f64,
@@ -95,6 +97,15 @@ pub(crate) struct Record {
     pub(crate) stretches: Vec<Stretch>,
     pub(crate) available: Available,
     pub(crate) quality: Quality,
+}
+
+/// How a piston that creeps, where friction falls with speed, runs away from its prediction, by the rig as its file states it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Creeping {
+    /// By the steepest fall, 1/s.
+    pub(crate) runs_away_per_s: f64,
+    /// Up to this speed, m/s.
+    pub(crate) fastest_m_per_s: f64,
 }
 
 /// What was measured of one chamber.

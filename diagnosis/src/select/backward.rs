@@ -1,5 +1,6 @@
 //! Backward elimination: causes that the others make needless.
 
+use super::image::taken_over;
 use super::penalty::{required_gain, shortfall};
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -80,7 +81,59 @@ fn without_both(problem: &Problem<'_>, fit: &Fit, pair: [Effect; 2]) -> Option<F
 
 /// The fit without one of its causes, everything else fitted anew.
 pub(crate) fn refit_without(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
-    let smaller = fit.hypothesis.without(effect, problem.nominal);
+    let as_it_is = fit.hypothesis.without(effect, problem.nominal);
     let goal = fit.cost(problem) + required_gain(problem, fit, effect);
-    problem.fit_and_search(smaller, effects::channels(effect), constants::iterations(), goal)
+    let taken_over = taken_over(problem, fit, effect);
+    let changed = taken_over.iter().fold(effects::channels(effect), |all, (by, _)| all | effects::channels(*by));
+    let smaller = if taken_over.is_empty() {
+        as_it_is
+    } else {
+        let begun = taken_over.into_iter().map(|(_, begin)| begin).chain([as_it_is]);
+        let begun = begun.filter_map(|begin| problem.evaluate_as_is(begin));
+        begun.min_by(|a, b| a.cost(problem).total_cmp(&b.cost(problem)))?.hypothesis
+    };
+    problem.fit_and_search(smaller, changed, constants::iterations(), goal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::balances::observers::judgeable;
+    use crate::balances::shared::Signals;
+    use crate::balances::simulated::{add_noise, simulated, stick_slip_v};
+    use crate::data::prepare::prepare;
+    use crate::estimate::effort::Effort;
+    use crate::model::hypothesis::Hypothesis;
+    use crate::model::nominal::nominal_parameters;
+    use plant_model::Effects;
+    use rig_files::RigFile;
+
+    #[test]
+    fn a_force_half_told_as_an_offset_is_found_whole_without_it() {
+        let mut rig = RigFile::paper_a();
+        // A rod: an offset of B is a smaller force than one of A.
+        rig.rig.cylinder.area_b_m2 *= 0.85;
+        let hidden = Effects::none().with(Effect::ConstantForce, &[10.0]);
+        let mut log = simulated(&rig, &hidden, 12_000, stick_slip_v);
+        add_noise(&mut log, 5.0e-6, 100.0);
+        let record = prepare(&log, &rig);
+        let judgeable = judgeable(&record);
+        let nominal = nominal_parameters(&rig, judgeable, false, &record.u_v);
+        let (signals, effort) = (Signals::default(), Effort::default());
+        let problem = Problem::new((&rig, &record), judgeable, &nominal, (&signals, &effort));
+        let (force, offset) = (Effect::ConstantForce, Effect::PressureBOffset);
+        let half_pa = -5.0 / rig.rig.cylinder.area_b_m2;
+        let split = Hypothesis::null(&nominal).extended_by(offset, problem.parameters(offset), &[half_pa]).extended_by(
+            force,
+            problem.parameters(force),
+            &[5.0],
+        );
+        let split = problem.evaluate_as_is(split).expect("a sound rig");
+        let [(by, whole)] = &taken_over(&problem, &split, offset)[..] else { panic!("one image") };
+        assert_eq!(*by, force);
+        assert!((whole.values_of(force)[0] - 10.0).abs() < 1.0e-9, "{:?}", whole.values_of(force));
+        let found = refit_without(&problem, &split, offset).expect("a sound rig");
+        assert_eq!(found.hypothesis.effects, [force]);
+        assert!((found.hypothesis.values_of(force)[0] - 10.0).abs() < 0.2, "{:?}", found.hypothesis.values_of(force));
+    }
 }

@@ -38,7 +38,7 @@ fn alternatives(
     let slopes = slopes.get_or_init(|| problem.jacobian(best));
     let nearest =
         slopes.as_ref().map_or_else(Vec::new, |slopes| fit_nearest(problem, (best, slopes), effect, &instead));
-    for other in nearest.into_iter().chain(fit_image(problem, best, effect)) {
+    for other in nearest.into_iter().chain(fit_images(problem, best, effect)) {
         let last = |fit: &Fit| fit.hypothesis.effects.last().copied();
         instead.retain(|fit| last(fit) != last(&other) || fit.cost(problem) < other.cost(problem));
         if !instead.iter().any(|fit| last(fit) == last(&other)) {
@@ -82,7 +82,9 @@ fn fit_nearest(problem: &Problem<'_>, (best, slopes): (&Fit, &Jacobian), effect:
     let known = |other: &Effect| instead.iter().any(|fit| last(fit) == Some(*other) && fit.cost(problem) < as_good);
     let alike = effect.confused_with().map(|(other, _)| other).chain(instead.iter().filter_map(last));
     let candidates = candidates(problem);
-    let others: BTreeSet<Effect> = alike.filter(|other| candidates.contains(other) && !known(other)).collect();
+    let images: Vec<Effect> = effect.images_among(&best.hypothesis.effects).collect();
+    let wanted = |other: &Effect| candidates.contains(other) && !known(other) && !images.contains(other);
+    let others: BTreeSet<Effect> = alike.filter(wanted).collect();
     let normal = problem.normal_of(slopes, best);
     let begun = |other: &Effect| {
         let found = nearest(problem, (best, slopes, &normal), effect, *other)?;
@@ -93,12 +95,15 @@ fn fit_nearest(problem: &Problem<'_>, (best, slopes): (&Fit, &Jacobian), effect:
     others.par_iter().filter_map(begun).collect()
 }
 
-/// The fit with a cause replaced by its image, see [`super::image`]; `None` if it has none.
-fn fit_image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Fit> {
-    let hypothesis = image(problem, fit, effect)?;
-    let other = hypothesis.effects.last().copied()?;
-    let changed = effects::channels(effect) | effects::channels(other);
-    problem.fit_and_search(hypothesis, changed, constants::iterations(), fit.cost(problem))
+/// The fits with a cause replaced by its images, see [`super::image`].
+fn fit_images(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Vec<Fit> {
+    let fitted = |other: Effect| {
+        let changed = effects::channels(effect) | effects::channels(other);
+        let begun = image(problem, fit, effect, other)?;
+        problem.fit_and_search(begun, changed, constants::iterations(), fit.cost(problem))
+    };
+    let images: Vec<Effect> = effect.images_among(&fit.hypothesis.effects).collect();
+    images.into_par_iter().filter_map(fitted).collect()
 }
 
 /// Replaces causes one at a time as long as that lowers the penalised cost, beginning with the cause whose removal
@@ -124,7 +129,7 @@ pub(crate) fn exchange(problem: &Problem<'_>, begin: Pruned, memory: &mut Memory
             } else if given_up(problem, &best) {
                 Alternatives { without, instead: Vec::new(), searched: false }
             } else {
-                let instead = fit_image(problem, &best, effects[place]).into_iter().collect();
+                let instead = fit_images(problem, &best, effects[place]);
                 Alternatives { without, instead, searched: false }
             };
             exchanged = best_exchange(problem, &best, &found.instead, &mut seen);
@@ -184,8 +189,9 @@ pub(crate) fn nearest_to_stated(
     let enough = penalised_cost(problem, &best) + constants::tie();
     for place in 0..all.len() {
         let effect = best.hypothesis.effects[place];
-        let Some(image) = effect.image_among(&best.hypothesis.effects) else { continue };
-        let Some((companion, index)) = companion(problem, &best, effect, image) else { continue };
+        let with_companion = |image| Some((image, companion(problem, &best, effect, image)?));
+        let images = effect.images_among(&best.hypothesis.effects);
+        let Some((image, (companion, index))) = images.filter_map(with_companion).next() else { continue };
         let Some(neutral) = problem.parameters(companion).get(index).map(|p| p.neutral) else { continue };
         let value = |fit: &Fit| fit.hypothesis.value(Slot::Effect(companion, index));
         let off = |fit: &Fit| value(fit).map_or(f64::INFINITY, |value| (value / neutral).ln().abs());
@@ -224,10 +230,11 @@ pub(crate) fn exchange_images(
         if exhausted(problem, &best) {
             break;
         }
-        let Some(image) = fit_image(problem, &best, effect) else { continue };
-        let (other, alternatives) = exchange(problem, Pruned::as_it_is(problem, image), memory);
-        if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {
-            return (other, alternatives);
+        for image in fit_images(problem, &best, effect) {
+            let (other, alternatives) = exchange(problem, Pruned::as_it_is(problem, image), memory);
+            if penalised_cost(problem, &other) < penalised_cost(problem, &best) - constants::likelier() {
+                return (other, alternatives);
+            }
         }
     }
     (best, all)

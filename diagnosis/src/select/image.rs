@@ -9,10 +9,9 @@ use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
 use plant_model::effects::identification::{ImageContext, Imaged, StandsFor};
 
-/// A hypothesis with one cause of a fit replaced by its image, at equivalent values: from other initial values a fit
-/// rarely converges there. `None` for causes without an image.
-pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<Hypothesis> {
-    let other = effect.image_among(&fit.hypothesis.effects)?;
+/// A hypothesis with one cause of a fit replaced by an image of it, at equivalent values: from other initial values a fit
+/// rarely converges there. `None` for one that acts nowhere, or is there already.
+pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect, other: Effect) -> Option<Hypothesis> {
     let h = &fit.hypothesis;
     let to = problem.parameters(other).first().copied()?;
     if h.effects.contains(&other) || to.channels == 0 {
@@ -46,6 +45,23 @@ pub(crate) fn image(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Option<
         }
     }
     Some(out)
+}
+
+/// The hypotheses without a cause of a fit, one for each image of it that is among the other causes: that one then does what the cause
+/// did, too. A force that is half told as a sensor's offset would hardly be found whole from its half.
+pub(super) fn taken_over(problem: &Problem<'_>, fit: &Fit, effect: Effect) -> Vec<(Effect, Hypothesis)> {
+    let h = &fit.hypothesis;
+    let by = |other: Effect| {
+        let place = h.parameters.iter().position(|p| p.slot == Slot::Effect(other, 0))?;
+        let parameter = &h.parameters[place];
+        let imaged = imaged(problem, fit, effect, other).filter(|imaged| *imaged == Imaged::at(imaged.value))?;
+        let mut out = h.without(effect, problem.nominal);
+        let place = out.parameters.iter().position(|p| p.slot == parameter.slot)?;
+        let value = h.values_of(other).first()? + imaged.value - parameter.neutral;
+        out.values[place] = value.clamp(parameter.min, parameter.max);
+        Some((other, out))
+    };
+    effect.images_among(&h.effects).filter(|other| h.effects.contains(other)).filter_map(by).collect()
 }
 
 /// What stands in for a cause of a fit.

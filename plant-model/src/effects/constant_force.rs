@@ -2,7 +2,9 @@ use super::definition::{
     Definition, Info, MAX_PARAMETERS, NEGLIGIBLE_BIAS, Negligible, ParameterInfo, VISIBLE_FRICTION, one,
 };
 use super::effect::Effect;
-use super::identification::{Against, Balance, Balances, Confusion, Identification, Likeness, Only, Picture};
+use super::identification::{
+    Against, Balance, Balances, Confusion, Identification, Image, ImageContext, Imaged, Likeness, Only, Picture,
+};
 use super::terms::{Force, Term};
 use crate::coefficients::Coefficients;
 use crate::real::Real;
@@ -26,6 +28,24 @@ impl<R: Real> Term<R> for Terms<R> {
 /// What tells a force from an offset of a pressure sensor.
 const VENTED: Option<&str> =
     Some("Vent both chambers to atmosphere for a few seconds: a pressure offset stays, a force does not show.");
+
+/// The reading of A that is too high by the force over its area.
+fn as_offset_a(context: &ImageContext<'_>) -> Option<Imaged> {
+    Some(Imaged::at(context.away / context.rig.cylinder.area_a_m2))
+}
+
+fn offset_a_as_force(context: &ImageContext<'_>) -> Option<Imaged> {
+    Some(Imaged::at(context.away * context.rig.cylinder.area_a_m2))
+}
+
+/// The reading of B that is too low by the force over its area.
+fn as_offset_b(context: &ImageContext<'_>) -> Option<Imaged> {
+    Some(Imaged::at(-context.away / context.rig.cylinder.area_b_m2))
+}
+
+fn offset_b_as_force(context: &ImageContext<'_>) -> Option<Imaged> {
+    Some(Imaged::at(-context.away * context.rig.cylinder.area_b_m2))
+}
 
 pub(super) struct ConstantForce;
 
@@ -60,8 +80,16 @@ impl Definition for ConstantForce {
                      cylinder. A log alone cannot tell them apart.",
                 ),
             },
-            Confusion { with: Effect::PressureAOffset, kind: Likeness::Near, experiment: VENTED },
-            Confusion { with: Effect::PressureBOffset, kind: Likeness::Near, experiment: VENTED },
+            Confusion {
+                with: Effect::PressureAOffset,
+                kind: Likeness::Image(Image { beside: None, forward: as_offset_a, backward: offset_a_as_force }),
+                experiment: VENTED,
+            },
+            Confusion {
+                with: Effect::PressureBOffset,
+                kind: Likeness::Image(Image { beside: None, forward: as_offset_b, backward: offset_b_as_force }),
+                experiment: VENTED,
+            },
         ],
         ..Identification::on(
             Balances::FORCE,

@@ -264,16 +264,15 @@ impl Effect {
             .map(|(other, _)| other)
     }
 
-    /// The effect that does nearly the same at a value that can be computed, beside those that are `present`.
-    #[must_use]
-    pub fn image_among(self, present: &[Self]) -> Option<Self> {
-        let alike = |(other, confusion): (Self, &Confusion)| match confusion.kind {
+    /// The effects that do nearly the same at a value that can be computed, beside those that are `present`.
+    pub fn images_among(self, present: &[Self]) -> impl Iterator<Item = Self> {
+        let alike = move |(other, confusion): (Self, &Confusion)| match confusion.kind {
             Likeness::Image(Image { beside, .. }) => {
                 beside.is_none_or(|companion| present.contains(&companion)).then_some(other)
             }
             Likeness::Near | Likeness::Structural => None,
         };
-        self.confused_with().find_map(alike)
+        self.confused_with().filter_map(alike)
     }
 
     /// This effect as another that is its image. `None` where the log does not say enough, or where it has no such image.

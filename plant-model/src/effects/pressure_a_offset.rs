@@ -28,9 +28,16 @@ impl<R: Real> Term<R> for Terms<R> {
     }
 }
 
-/// The same force from the other sensor.
-fn on_the_other_side(context: &ImageContext<'_>) -> Option<Imaged> {
-    Some(Imaged::at(context.image_neutral - context.away))
+/// The same force from the other sensor, on the other side's area.
+fn at_b(context: &ImageContext<'_>) -> Option<Imaged> {
+    let c = &context.rig.cylinder;
+    Some(Imaged::at(context.image_neutral - context.away * c.area_a_m2 / c.area_b_m2))
+}
+
+/// The way back.
+fn at_a(context: &ImageContext<'_>) -> Option<Imaged> {
+    let c = &context.rig.cylinder;
+    Some(Imaged::at(context.image_neutral - context.away * c.area_b_m2 / c.area_a_m2))
 }
 
 pub(super) struct PressureAOffset;
@@ -59,7 +66,7 @@ impl Definition for PressureAOffset {
             with: Effect::PressureBOffset,
             // Mechanics see the difference of the pressures, and the air of one chamber or the other must be a few percent
             // off.
-            kind: Likeness::Image(Image { beside: None, forward: on_the_other_side, backward: on_the_other_side }),
+            kind: Likeness::Image(Image { beside: None, forward: at_b, backward: at_a }),
             experiment: None,
         }],
         ..Identification::on(
