@@ -320,7 +320,7 @@ fn a_valve_that_differs_from_its_data_sheet_as_drawings_and_time_constants_do_is
     let hidden = [vec![], vec![Cause::Catalogue(leak, [4.0e-10, 0.0, 0.0])]];
     for (seed, hidden) in hidden.into_iter().enumerate().skip(2 - of(2, 1)) {
         let named: Vec<&str> = hidden.iter().map(Cause::id).collect();
-        let causes = hidden.iter().cloned().chain([Cause::Catalogue(late, [0.4e-3, 0.0, 0.0])]).collect();
+        let causes = hidden.iter().cloned().chain([Cause::Catalogue(late, [0.6e-3, 0.0, 0.0])]).collect();
         let drawn = |truth: &mut Rig<f64>, rng: &mut _| truth.opening = true_opening(&sheet.rig.opening, 0.01, rng);
         let case = bought(&sheet, drawn, causes, seed as u64);
         let found = diagnose(&sheet, &case.record().0, &|_| {}).expect("a full log");
