@@ -242,17 +242,22 @@ fn gains_more_than_is_left(touched: Channels, balances: &[Balance], before: impl
 /// Whether misfit beyond noise, and strain of nominal values, is less with some causes than without them.
 fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Channels) -> bool {
     // Between distant rows, and those of the air behind hoses, the balances err by themselves: what is like noise tells nothing.
-    let rough = |channel: Channel| {
-        let air = [Channel::PressureA, Channel::PressureB].contains(&channel);
-        problem.record.has_distant_rows() || air && problem.rig.rig.has_hoses()
-    };
+    let air = |channel: Channel| [Channel::PressureA, Channel::PressureB].contains(&channel);
+    let rough = |channel: Channel| problem.record.has_distant_rows() || air(channel) && problem.rig.rig.has_hoses();
     let balances = judged(problem).filter(|channel| touched & channel.bit() != 0).map(|channel| {
         let [before, after] = [without, with].map(|fit| misfit_of(problem, fit, channel));
         let noise = problem.noise_cost(channel.bit());
         let least = if rough(channel) { constants::like_noise() } else { 1.0 };
-        Excess { before, after, noise, like: least.max(by_chance(noise)) }
+        let doubted = air(channel) && problem.record.curve_doubt > 0.0;
+        Excess { before, after, noise, like: level(after, doubted) * least.max(by_chance(noise)) }
     });
     touched == 0 || mostly_beyond_noise(without.prior_cost - with.prior_cost, balances)
+}
+
+/// How much of what counts as noise is noise, given the misfit that causes leave. What is not known of the curve of a table counts as
+/// noise, where it is in doubt: causes that leave less show that it is less.
+fn level(after: f64, doubted: bool) -> f64 {
+    if doubted { after.min(1.0) } else { 1.0 }
 }
 
 /// The misfit that white noise reaches by chance, given its cost: half of so many squares, whose mean has the variance of two over their
@@ -317,6 +322,21 @@ mod tests {
             let found = mostly_beyond_noise(relieved, balances.iter().copied().map(excess));
             assert_eq!(found, expected, "{relieved} {balances:?} {like}");
         }
+    }
+
+    #[test]
+    fn beside_a_doubted_curve_what_causes_leave_says_how_much_is_noise() {
+        let is_gain = |doubted: bool| {
+            let excess = |(before, after): (f64, f64)| Excess {
+                before,
+                after,
+                noise: 3000.0,
+                like: level(after, doubted) * constants::like_noise(),
+            };
+            mostly_beyond_noise(0.0, [(1.2, 0.8), (1.1, 0.75)].into_iter().map(excess))
+        };
+        assert!(is_gain(true) && !is_gain(false));
+        assert!(level(1.3, true) == 1.0 && level(0.7, false) == 1.0);
     }
 
     #[test]
