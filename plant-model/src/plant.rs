@@ -256,8 +256,7 @@ impl<R: Real> Plant<R> {
         let level_varies = added.changes_sliding_force();
         let stroke_m = model.half_stroke_m + model.half_stroke_m;
         let uneven_area_m2 = model.area_a_m2 - model.area_b_m2;
-        let [delay_a, delay_b] =
-            model.hose_delays_s.map(|hose_s| (hose_s + added.line_delay.delay_s).at_least(R::ZERO));
+        let [delay_a, delay_b] = line_delays_s(&model, &added);
         let minimum_volume = |area_m2: R| R::of(MINIMUM_VOLUME_RATIO) * area_m2 * stroke_m;
         Self {
             orifices_a,
@@ -561,17 +560,17 @@ impl<R: Real> Plant<R> {
         self.added.position_delay.delay_s
     }
 
-    /// By how much a chamber feels the command late, s: the delay of its hose, and more or less of it by an effect.
+    /// By how much chambers A and B feel the command late, s: the delays of their hoses, and more or less of them by an effect.
     #[must_use]
-    pub fn line_delay_s(&self, side: Side) -> R {
-        let [a, b] = self.model.hose_delays_s;
-        (self.added.line_delay.delay_s + if side == Side::A { a } else { b }).at_least(R::ZERO)
+    pub fn line_delays_s(&self) -> [R; 2] {
+        line_delays_s(&self.model, &self.added)
     }
 
     /// The same in the mean of both chambers, s.
     #[must_use]
     pub fn mean_line_delay_s(&self) -> R {
-        R::HALF * (self.line_delay_s(Side::A) + self.line_delay_s(Side::B))
+        let [a, b] = self.line_delays_s();
+        R::HALF * (a + b)
     }
 
     /// Whether one chamber feels a motion of the spool later than the other, behind a longer hose.
@@ -625,4 +624,9 @@ impl<R: Real> Plant<R> {
             self.rates::<false>(&state, &drive, false)
         }
     }
+}
+
+/// See [`Plant::line_delays_s`].
+fn line_delays_s<R: Real>(model: &Coefficients<R>, added: &Added<R>) -> [R; 2] {
+    model.hose_delays_s.map(|hose_s| (hose_s + added.line_delay.delay_s).at_least(R::ZERO))
 }

@@ -1,7 +1,7 @@
 //! Plant, command path, integrator and sensors as one object: what closed loops, sweeps and tests drive.
 
 use crate::command_path::CommandPath;
-use crate::effects::{Effects, Side};
+use crate::effects::Effects;
 use crate::measurement::Measurement;
 use crate::plant::{Inputs, Plant, State};
 use crate::real::Real;
@@ -46,10 +46,7 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     #[must_use]
     pub fn from_state(plant: Plant<R>, state: State<R>, stepper: Stepper<R>) -> Self {
         Self {
-            command_path: CommandPath::new(
-                [Side::A, Side::B].map(|side| plant.line_delay_s(side)),
-                plant.added.valve_hysteresis,
-            ),
+            command_path: CommandPath::new(plant.line_delays_s(), plant.added.valve_hysteresis),
             sensors: Sensors::new(plant.added.position_delay.delay_s),
             plant,
             state,
@@ -89,7 +86,7 @@ impl<R: Real, const N: usize> Simulator<R, N> {
     fn advance_late(&mut self, inputs: &Inputs<R>, dt_s: R) {
         let (plant, state, stepper) = (&self.plant, &mut self.state, &mut self.stepper);
         self.command_path.send(inputs.u_v, dt_s, |[u_v, u_b_v], duration| {
-            stepper.advance_felt(plant, state, &Inputs { u_v, ..*inputs }, u_b_v, duration);
+            stepper.advance_inline(plant, state, &Inputs { u_v, ..*inputs }, u_b_v, duration);
         });
     }
 

@@ -129,22 +129,10 @@ impl<R: Real> Stepper<R> {
 
     /// Advances the state by `dt` seconds under constant inputs. `dt` must be positive; otherwise nothing happens.
     pub fn advance(&mut self, plant: &Plant<R>, state: &mut State<R>, inputs: &Inputs<R>, dt_s: R) {
-        self.advance_felt(plant, state, inputs, inputs.u_v, dt_s);
+        self.advance_inline(plant, state, inputs, inputs.u_v, dt_s);
     }
 
-    /// [`Stepper::advance`] with the command as chamber B feels it, V, behind another hose.
-    pub(crate) fn advance_felt(
-        &mut self,
-        plant: &Plant<R>,
-        state: &mut State<R>,
-        inputs: &Inputs<R>,
-        u_b_v: R,
-        dt_s: R,
-    ) {
-        self.advance_inline(plant, state, inputs, u_b_v, dt_s);
-    }
-
-    /// [`Stepper::advance_felt`] for the one place where nearly all ticks of a simulation pass.
+    /// [`Stepper::advance`] for the one place where nearly all ticks of a simulation pass, with the command as chamber B feels it, V.
     #[inline(always)]
     pub(crate) fn advance_inline(
         &mut self,

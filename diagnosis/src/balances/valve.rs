@@ -4,8 +4,8 @@ use super::spool::{self, Spool};
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
+use plant_model::Plant;
 use plant_model::effects::ValveLagTerms as Terms;
-use plant_model::{Plant, Side};
 
 /// The parameters that the spool's places depend on.
 #[derive(PartialEq)]
@@ -20,7 +20,7 @@ impl Travel {
     pub(super) fn of(plant: &Plant<f64>) -> Self {
         Self {
             max_voltage_v: plant.coefficients().max_voltage_v,
-            line_delays_s: [Side::A, Side::B].map(|side| plant.line_delay_s(side)),
+            line_delays_s: plant.line_delays_s(),
             play_half_width_v: plant.added().valve_hysteresis.half_width_v,
             lag: plant.added().valve_lag,
         }
@@ -69,8 +69,9 @@ impl Way {
 
 /// The places of the spool, in some stretches if there are any.
 pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Places {
-    let way = |side: Side| way(record, plant, plant.line_delay_s(side), stretches);
-    Places { a: way(Side::A), b: plant.feels_apart().then(|| way(Side::B)) }
+    let [a_s, b_s] = plant.line_delays_s();
+    let way = |delay_s: f64| way(record, plant, delay_s, stretches);
+    Places { a: way(a_s), b: plant.feels_apart().then(|| way(b_s)) }
 }
 
 /// The places of the spool as they are felt after a delay.

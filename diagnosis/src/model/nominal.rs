@@ -5,7 +5,7 @@ use super::parameter::{Parameter, Slot};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
 use plant_model::similarity::size_exponent;
-use plant_model::{Effect, Place, Plant, Side};
+use plant_model::{Effect, Place, Plant};
 use rig_files::{RigFile, RigKey, all_keys, rig_key};
 
 const A: Channels = Channel::PressureA.bit();
@@ -251,8 +251,8 @@ fn delay(rig: &RigFile, judgeable: Channels) -> Option<Parameter> {
     let tolerance = of_lag_s.max(constants::sensors_late_s());
     // No more: a delay that is plainly there has a cause.
     let farthest = constants::weather_farthest() * tolerance;
-    let plant = Plant::unchecked(&rig.rig);
-    let of_hoses_s = plant.line_delay_s(Side::A).max(plant.line_delay_s(Side::B));
+    let [a_s, b_s] = Plant::unchecked(&rig.rig).line_delays_s();
+    let of_hoses_s = a_s.max(b_s);
     let tolerance = tolerance.hypot(constants::hose_delay() * of_hoses_s);
     (channels != 0 && rig.effects.get(Effect::LineDelay).is_none()).then_some(Parameter {
         slot: Slot::Stated(Effect::LineDelay, 0),

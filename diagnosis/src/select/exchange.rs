@@ -190,8 +190,10 @@ pub(crate) fn nearest_to_stated(
     for place in 0..all.len() {
         let effect = best.hypothesis.effects[place];
         let with_companion = |image| Some((image, companion(problem, &best, effect, image)?));
-        let images = effect.images_among(&best.hypothesis.effects);
-        let Some((image, (companion, index))) = images.filter_map(with_companion).next() else { continue };
+        let Some((image, (companion, index))) = effect.images_among(&best.hypothesis.effects).find_map(with_companion)
+        else {
+            continue;
+        };
         let Some(neutral) = problem.parameters(companion).get(index).map(|p| p.neutral) else { continue };
         let value = |fit: &Fit| fit.hypothesis.value(Slot::Effect(companion, index));
         let off = |fit: &Fit| value(fit).map_or(f64::INFINITY, |value| (value / neutral).ln().abs());

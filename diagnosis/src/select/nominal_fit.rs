@@ -21,12 +21,12 @@ pub(super) fn fitted(problem: &Problem<'_>, nominal: &Hypothesis) -> Option<Fit>
     } else {
         problem.fit(nominal.refining(&coarse.hypothesis), constants::iterations())?
     };
-    Some(beside_no_minimum(problem, fit))
+    Some(refitted_from_momentum(problem, fit))
 }
 
-/// A fit, or another one of the same causes, of whose minimum it stands beside: where the piston errs beyond noise its mechanics are fitted
-/// anew from momentum.
-pub(super) fn beside_no_minimum(problem: &Problem<'_>, fit: Fit) -> Fit {
+/// A fit; or, where the piston errs beyond noise, one of the same causes with its mechanics fitted anew from momentum, if the first stood in
+/// a minimum beside that.
+pub(super) fn refitted_from_momentum(problem: &Problem<'_>, fit: Fit) -> Fit {
     let noise = problem.noise_cost(Channel::Position.bit());
     let excess = |fit: &Fit| fit.channel_cost[Channel::Position as usize] - noise;
     let open = beyond_noise_in(problem, &fit, Channel::Position.bit());
@@ -111,7 +111,8 @@ mod tests {
             |problem: &Problem<'_>, begun: Hypothesis| problem.fit(begun, constants::iterations()).expect("sound");
         let leak = Some(2.0e-10);
         let held = with_soft_bristles(leak, fit);
-        let (part, misfit) = with_soft_bristles(leak, |problem, begun| beside_no_minimum(problem, fit(problem, begun)));
+        let (part, misfit) =
+            with_soft_bristles(leak, |problem, begun| refitted_from_momentum(problem, fit(problem, begun)));
         // 2.6 and 8.8 before, 1.06 and 1.7 then.
         assert!(held.0 > 2.0 && (part - 1.0).abs() < 0.1 && 3.0 * misfit < held.1, "{held:?} {part} {misfit}");
     }

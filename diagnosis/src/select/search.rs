@@ -70,7 +70,7 @@ fn forward_selection(
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
-        let next = nominal_fit::beside_no_minimum(problem, next);
+        let next = nominal_fit::refitted_from_momentum(problem, next);
         goes_on = 2.0 * rest(&next) < rest(&current);
         current = next;
     }

@@ -265,8 +265,8 @@ impl Behind {
         let mut simulator = Simulator::from_state(*plant, state, Stepper::adaptive(&Tolerance::standard()));
         // A play remembers all of them, a delay those that are under way.
         let t_s = &record.t_s;
-        let longest_s = plant.line_delay_s(Side::A).max(plant.line_delay_s(Side::B));
-        let sent_before = |t: &f64| t + longest_s < t_s[until];
+        let [a_s, b_s] = plant.line_delays_s();
+        let sent_before = |t: &f64| t + a_s.max(b_s) < t_s[until];
         let under_way = t_s[..until].partition_point(sent_before).saturating_sub(1);
         let first = if plant.added().valve_hysteresis.half_width_v > 0.0 { 0 } else { under_way };
         for k in first..until {

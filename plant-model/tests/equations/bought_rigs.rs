@@ -167,13 +167,13 @@ fn hoses_add_their_volume_hold_flow_back_and_act_late_by_the_way_of_sound() {
     let added = hosed.volumes_m3(0.0).0 - plain.volumes_m3(0.0).0;
     assert!((added / (0.25 * PI * 4.0e-3 * 4.0e-3 * 1.2) - 1.0).abs() < 1e-9);
     let sound = (1.4_f64 * 287.0 * 293.0).sqrt();
-    assert!((hosed.line_delay_s(Side::A) - 1.2 / sound).abs() < 1e-9);
-    assert!((hosed.line_delay_s(Side::B) - 0.8 / sound).abs() < 1e-9);
+    let [a, b] = hosed.line_delays_s();
+    assert!((a - 1.2 / sound).abs() < 1e-9 && (b - 0.8 / sound).abs() < 1e-9);
     assert!((hosed.mean_line_delay_s() - 1.0 / sound).abs() < 1e-9);
     // A line that a chamber closes fills it in the mean without that delay: less of it, but never an answer before the command.
     let delayed = |rig: &Rig<f64>, delay_s: f64| {
         let plant = Plant::new(rig, &Effects::none().with(Effect::LineDelay, &[delay_s]));
-        plant.map(|plant| [Side::A, Side::B].map(|side| plant.line_delay_s(side)))
+        plant.map(|plant| plant.line_delays_s())
     };
     let [a, b] = delayed(&with, -0.001).unwrap();
     assert!((a - (1.2 / sound - 0.001)).abs() < 1e-9 && (b - (0.8 / sound - 0.001)).abs() < 1e-9);
