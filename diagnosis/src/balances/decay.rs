@@ -1,13 +1,14 @@
-//! What is left of a difference after a time: `exp(-t / time constant)`, kept for the last two times.
+//! What is left of a difference after a time: `exp(-t / time constant)`, kept for the last few times.
 
-/// What was computed for the last two durations, the latest first: a delayed command cuts each interval in two.
+/// What was computed for the last few durations, the latest first: a delayed command cuts each interval in two, and a spool that travels
+/// is followed in parts of either.
 #[derive(Clone, Copy)]
-pub(super) struct LastTwo<T>([Option<(f64, T)>; 2]);
+pub(super) struct LastFew<T>([Option<(f64, T)>; 4]);
 
-impl<T: Copy> LastTwo<T> {
+impl<T: Copy> LastFew<T> {
     /// Of none yet.
     pub(super) fn none() -> Self {
-        Self([None; 2])
+        Self([None; 4])
     }
 
     /// What was computed for this duration in s, or is now.
@@ -19,7 +20,8 @@ impl<T: Copy> LastTwo<T> {
             return *known;
         }
         let new = compute();
-        self.0 = [Some((duration_s, new)), self.0[0]];
+        self.0.rotate_right(1);
+        self.0[0] = Some((duration_s, new));
         new
     }
 }
@@ -28,13 +30,13 @@ impl<T: Copy> LastTwo<T> {
 #[derive(Clone, Copy)]
 pub(super) struct Decay {
     time_constant_s: f64,
-    last: LastTwo<f64>,
+    last: LastFew<f64>,
 }
 
 impl Decay {
     /// Of a lag with this time constant, s; `None` for one too short to be told from none.
     pub(super) fn of(time_constant_s: f64) -> Option<Self> {
-        (time_constant_s > 1.0e-6).then(|| Self { time_constant_s, last: LastTwo::none() })
+        (time_constant_s > 1.0e-6).then(|| Self { time_constant_s, last: LastFew::none() })
     }
 
     /// The part of a difference that is left after a time in s.

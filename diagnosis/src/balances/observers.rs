@@ -82,7 +82,7 @@ pub(crate) fn innovations(
 
 /// What drives the chambers' balances.
 struct Air {
-    openings: Arc<opening::Openings>,
+    openings: opening::Openings,
     supply: supply::SupplyPressure,
     /// Of the wanted chambers.
     sides: [Option<Judged>; 2],
@@ -101,8 +101,7 @@ impl Air {
         wanted: Channels,
     ) -> Self {
         let parts = (!remembers(plant)).then(|| stretches.to_vec());
-        let make = || opening::openings_at(&places(record, signals, plant, parts.as_deref()), record, plant);
-        let openings = signals.openings.of((opening::Path::of(plant), parts.clone()), make);
+        let openings = openings(record, signals, plant, parts.as_deref());
         let supply = supply::pressures(record, plant, &openings, added.supply_sensor_pa);
         let side = |(channel, side): (Channel, Side)| {
             let geometry = Geometry::of(plant, side);
@@ -138,10 +137,24 @@ impl Air {
 
 const CHAMBERS: [(Channel, Side); 2] = [(Channel::PressureA, Side::A), (Channel::PressureB, Side::B)];
 
-/// Where the valve's spool is, in some stretches if there are any.
-fn places(record: &Record, signals: &Signals, plant: &Plant<f64>, parts: Option<&[Stretch]>) -> Arc<valve::Places> {
-    let key = (valve::Travel::of(plant), parts.map(<[Stretch]>::to_vec));
-    signals.places.of(key, || valve::places(record, plant, parts))
+/// The way of the valve's spool as a chamber feels it, in some stretches if there are any.
+fn way(
+    record: &Record,
+    signals: &Signals,
+    (plant, side): (&Plant<f64>, Side),
+    parts: Option<&[Stretch]>,
+) -> Arc<valve::Way> {
+    let key = (valve::Travel::of(plant, side), parts.map(<[Stretch]>::to_vec));
+    signals.ways.of(key, || valve::way(record, plant, side, parts))
+}
+
+/// The valve's openings, in some stretches if there are any.
+fn openings(record: &Record, signals: &Signals, plant: &Plant<f64>, parts: Option<&[Stretch]>) -> opening::Openings {
+    let of = |side: Side| {
+        let make = || opening::openings_along(&way(record, signals, (plant, side), parts), record, (plant, side));
+        signals.openings.of((opening::Path::of(plant, side), parts.map(<[Stretch]>::to_vec)), make)
+    };
+    opening::Openings::of_plant(plant, of)
 }
 
 /// Whether the air remembers, from between stretches, what the valve did there: a drooping supply and warm walls do.
@@ -195,10 +208,9 @@ pub(crate) fn by_openings(
     let linearised = |place: usize| drives[place].as_ref().map(|d| Linearised::of(record, plant, stretches, d));
     let (a, b) = rayon::join(|| linearised(0), || linearised(1));
     let parts = (!remembers(plant)).then_some(stretches);
-    let places = |plant: &Plant<f64>| places(record, signals, plant, parts);
-    let along = opening::Along::of(plant, &places(plant), record);
+    let along = opening::Along::of(plant, |side| way(record, signals, (plant, side), parts), record);
     let changes = |other: &Plant<f64>| {
-        let all = || opening::changes([&air.openings, &opening::openings_at(&places(other), record, other)]);
+        let all = || opening::changes([&air.openings, &openings(record, signals, other, parts)]);
         along.as_ref().and_then(|along| along.changes_to(other)).unwrap_or_else(all)
     };
     let together = |others: &[Plant<f64>]| -> Vec<Innovations> {

@@ -1,103 +1,84 @@
 //! The valve's openings where its spool is: dead zone, then `atan(2 w)` or a table.
 
-use super::valve::{Places, Travel, Way, places};
+use super::valve::{Travel, Way, way};
 use crate::data::record::Record;
 use plant_model::dead_zone::DeadZone;
-use plant_model::valve_flow::Opening;
 use plant_model::{OpeningCurve, OpeningPiece, OpeningPoints, Plant, Side};
 use std::sync::Arc;
 
-/// The parameters that the openings depend on.
+/// The parameters that the openings of a chamber's paths depend on.
 #[derive(PartialEq)]
 pub(super) struct Path {
     dead_zone: DeadZone<f64>,
-    exhaust_zone: Option<DeadZone<f64>>,
+    /// And whose path it is: without it those of both chambers are the same.
+    exhaust_zone: Option<(DeadZone<f64>, Side)>,
     curve: Option<OpeningCurve<f64>>,
     travel: Travel,
 }
 
 impl Path {
-    pub(super) fn of(plant: &Plant<f64>) -> Self {
-        let dead_zone = plant.coefficients().dead_zone;
+    pub(super) fn of(plant: &Plant<f64>, side: Side) -> Self {
         Self {
-            dead_zone,
-            exhaust_zone: plant.exhaust_zone(),
+            dead_zone: plant.coefficients().dead_zone,
+            exhaust_zone: plant.exhaust_zone().map(|zone| (zone, side)),
             curve: plant.opening_curve().copied(),
-            travel: Travel::of(plant),
+            travel: Travel::of(plant, side),
         }
     }
 }
 
 /// Signed openings of the paths of both chambers in rad by sample, positive where A is filled and B exhausted, averaged over the
 /// interval after each; NaN where they are not known. Or changes of them.
-pub(crate) struct Openings {
-    a: Arc<Vec<f64>>,
-    b: Arc<Vec<f64>>,
-}
+pub(crate) struct Openings([Arc<Vec<f64>>; 2]);
 
 impl Openings {
     /// Of a chamber's paths.
     pub(crate) fn of(&self, side: Side) -> &[f64] {
-        match side {
-            Side::A => &self.a,
-            Side::B => &self.b,
-        }
+        &self.0[side as usize]
     }
 
-    /// Means over the intervals of what the paths of A and B have at the spool's places; those of B are their own if the paths are
-    /// apart, or if B feels the spool at another time.
-    fn averaged(places: &Places, record: &Record, apart: bool, mut at: impl FnMut(f64) -> [f64; 2]) -> Self {
-        let [a, b] = Self::along(&places.a, record, apart, &mut at);
-        match &places.b {
-            Some(way) => Self { a, b: Self::along(way, record, true, &mut at)[1].clone() },
-            None => Self { a, b },
-        }
+    /// Of a plant, as made for each chamber.
+    pub(super) fn of_plant(plant: &Plant<f64>, made: impl Fn(Side) -> Arc<Vec<f64>>) -> Self {
+        Self(of_both(plant, made))
     }
+}
 
-    /// The same for both sides, with the spool on one way.
-    fn along(way: &Way, record: &Record, apart: bool, at: &mut impl FnMut(f64) -> [f64; 2]) -> [Arc<Vec<f64>>; 2] {
-        let rows = way.ends.len();
-        let (mut a, mut b) = (Vec::with_capacity(rows), Vec::with_capacity(if apart { rows } else { 0 }));
-        for (k, parts) in way.by_sample().enumerate() {
-            let mut sum = [0.0; 2];
-            for (place, duration_s) in parts {
-                let here = at(*place);
-                sum = [sum[0] + here[0] * duration_s, sum[1] + here[1] * duration_s];
-            }
-            let interval_s = Self::interval_s(record, k);
-            let mean = |sum: f64| if parts.is_empty() { f64::NAN } else { sum / interval_s };
-            a.push(mean(sum[0]));
-            if apart {
-                b.push(mean(sum[1]));
-            }
-        }
-        let a = Arc::new(a);
-        let b = if apart { Arc::new(b) } else { Arc::clone(&a) };
-        [a, b]
-    }
+/// What is made of the paths of A and of B, for both at once where their openings are the same.
+fn of_both<T>(plant: &Plant<f64>, made: impl Fn(Side) -> Arc<T>) -> [Arc<T>; 2] {
+    let a = made(Side::A);
+    let alike = Path::of(plant, Side::A) == Path::of(plant, Side::B);
+    let b = if alike { Arc::clone(&a) } else { made(Side::B) };
+    [a, b]
+}
 
-    /// The interval after a sample as the parts of it add up, s.
-    fn interval_s(record: &Record, k: usize) -> f64 {
-        let from = record.t_s[k];
-        (from + record.interval_s(k) - from).max(1.0e-9)
-    }
+/// Means over the intervals behind samples of what is at the spool's places on its way.
+fn averaged(way: &Way, record: &Record, mut at: impl FnMut(f64) -> f64) -> Vec<f64> {
+    let mean = |(k, parts): (usize, &[(f64, f64)])| {
+        let sum: f64 = parts.iter().map(|(place, duration_s)| at(*place) * duration_s).sum();
+        if parts.is_empty() { f64::NAN } else { sum / interval_s(record, k) }
+    };
+    way.by_sample().enumerate().map(mean).collect()
+}
+
+/// The interval after a sample as the parts of it add up, s.
+fn interval_s(record: &Record, k: usize) -> f64 {
+    let from = record.t_s[k];
+    (from + record.interval_s(k) - from).max(1.0e-9)
 }
 
 /// The openings over all of a log.
 pub(crate) fn openings(record: &Record, plant: &Plant<f64>) -> Openings {
-    openings_at(&places(record, plant, None), record, plant)
+    Openings::of_plant(plant, |side| Arc::new(openings_along(&way(record, plant, side, None), record, (plant, side))))
 }
 
-/// The openings where the spool is.
-pub(super) fn openings_at(places: &Places, record: &Record, plant: &Plant<f64>) -> Openings {
+/// The openings of a chamber's paths with the spool on its way.
+pub(super) fn openings_along(way: &Way, record: &Record, (plant, side): (&Plant<f64>, Side)) -> Vec<f64> {
     let characteristic = Characteristic::of(plant);
-    let (mut near, mut last) = ([0; 2], (f64::NAN, [0.0; 2]));
-    Openings::averaged(places, record, characteristic.exhaust_zone.is_some(), |place| {
+    let (mut near, mut last) = (0, (f64::NAN, 0.0));
+    averaged(way, record, |place| {
         if place != last.0 {
-            last = (
-                place,
-                characteristic.signed(characteristic.paths(place, &mut near), |on| characteristic.magnitude(on)),
-            );
+            let on = characteristic.path(side, place, &mut near);
+            last = (place, on.signed(characteristic.magnitude(on)));
         }
         last.1
     })
@@ -109,28 +90,28 @@ pub(super) fn bends(record: &Record, plant: &Plant<f64>) -> Option<Openings> {
     let Some(OpeningCurve::Points(points)) = plant.opening_curve() else { return None };
     let [straight, cubic] =
         [0.0, 1.0].map(|smoothness| Characteristic::through(plant, &points.with_smoothness(smoothness)));
-    let (mut near, places) = ([0; 2], places(record, plant, None));
-    let bend = |on: On| (cubic.magnitude(on) - straight.magnitude(on)).abs();
-    Some(Openings::averaged(&places, record, straight.exhaust_zone.is_some(), |place| {
-        straight.signed(straight.paths(place, &mut near), bend)
-    }))
+    let bends = |side: Side| {
+        let mut near = 0;
+        averaged(&way(record, plant, side, None), record, |place| {
+            let on = straight.path(side, place, &mut near);
+            on.signed((cubic.magnitude(on) - straight.magnitude(on)).abs())
+        })
+    };
+    Some(Openings::of_plant(plant, |side| Arc::new(bends(side))))
 }
 
 /// Changes from some openings to others.
 pub(super) fn changes([from, to]: [&Openings; 2]) -> Openings {
-    let change = |side: Side| to.of(side).iter().zip(from.of(side)).map(|(to, from)| to - from).collect();
-    let a = Arc::new(change(Side::A));
-    let apart = [from, to].iter().any(|openings| !Arc::ptr_eq(&openings.a, &openings.b));
-    let b = if apart { Arc::new(change(Side::B)) } else { Arc::clone(&a) };
-    Openings { a, b }
+    let change = |side: Side| Arc::new(to.of(side).iter().zip(from.of(side)).map(|(to, from)| to - from).collect());
+    let alike = [from, to].iter().all(|openings| Arc::ptr_eq(&openings.0[0], &openings.0[1]));
+    let a: Arc<Vec<f64>> = change(Side::A);
+    let b = if alike { Arc::clone(&a) } else { change(Side::B) };
+    Openings([a, b])
 }
 
 /// Openings of the paths of A and of B in rad at a place of the spool in V; positive where A is filled and B exhausted.
 pub(super) fn signed_openings(plant: &Plant<f64>, spool_v: f64) -> [f64; 2] {
-    signed(&plant.opening(spool_v))
-}
-
-fn signed(opening: &Opening<f64>) -> [f64; 2] {
+    let opening = plant.opening(spool_v);
     let [a, b] = [opening.through(opening.fills_a), opening.through(!opening.fills_a)];
     if opening.fills_a { [a, b] } else { [-a, -b] }
 }
@@ -152,6 +133,13 @@ struct On {
     w: f64,
     /// Where in the pieces of its side; 0 without a table.
     piece: usize,
+}
+
+impl On {
+    /// A magnitude with the sign of the opening here.
+    fn signed(self, magnitude: f64) -> f64 {
+        if self.w >= 0.0 { magnitude } else { -magnitude }
+    }
 }
 
 /// The effective command of a dead zone in V: [`DeadZone::output_v`]. Most places of the spool are beyond the rounding of its corners;
@@ -185,23 +173,19 @@ impl<'a> Characteristic<'a> {
         Self { plant, dead_zone: *plant.dead_zone(), exhaust_zone: plant.exhaust_zone(), pieces }
     }
 
-    /// Where on the curve the path is that fills a chamber, and the one that exhausts if it is elsewhere, with the spool at a place in V;
-    /// most likely on pieces nearby, as spools move slowly.
-    fn paths(&self, spool_v: f64, near: &mut [usize; 2]) -> (On, Option<On>) {
-        let on = |zone: &DeadZone<f64>, near: &mut usize| {
-            let on = self.on(effective_v(zone, spool_v), *near);
-            *near = on.piece;
-            on
-        };
-        let [filling, exhausting] = near;
-        (on(&self.dead_zone, filling), self.exhaust_zone.as_ref().map(|zone| on(zone, exhausting)))
-    }
-
-    /// Openings of the paths of A and of B in rad, of such magnitudes; positive where A is filled and B exhausted.
-    fn signed(&self, (filling, exhausting): (On, Option<On>), magnitude: impl Fn(On) -> f64) -> [f64; 2] {
-        let at = |on: On| Opening::open(on.w, magnitude(on));
-        let opening = at(filling);
-        signed(&exhausting.map_or(opening, |exhausting| opening.with_exhaust(&at(exhausting))))
+    /// Where on the curve a chamber's open path is with the spool at a place in V; most likely on a piece nearby, as spools move slowly.
+    #[inline]
+    fn path(&self, side: Side, spool_v: f64, near: &mut usize) -> On {
+        let filling_v = effective_v(&self.dead_zone, spool_v);
+        let w = self.exhaust_zone.as_ref().map_or(filling_v, |zone| {
+            let exhausting_v = effective_v(zone, spool_v);
+            // A path that is closed does not say which way the others are open.
+            let fills_a = filling_v >= 0.0 && exhausting_v >= 0.0;
+            if fills_a == (side == Side::A) { filling_v } else { exhausting_v }
+        });
+        let on = self.on(w, *near);
+        *near = on.piece;
+        on
     }
 
     fn side(&self, w: f64) -> &[OpeningPiece<f64>] {
@@ -234,112 +218,91 @@ impl<'a> Characteristic<'a> {
     }
 }
 
-/// Where on a table of openings the paths are while the spool is at its places.
+/// Where on a table of openings the paths are while the spool is on its way.
 pub(super) struct Along<'a> {
     characteristic: Characteristic<'a>,
-    /// No changes: zero, or NaN where openings are not known.
-    none: Vec<f64>,
-    /// Of the paths of A, and of B if they are apart.
-    moments: Vec<Moments>,
+    /// Of the paths of A and of B.
+    moments: [Arc<Moments>; 2],
 }
 
 /// Samples with their spool on a piece, and the means over the interval of the powers 0 to 3 of the distance from where the piece
 /// begins, V, with the signs of the openings.
 type OnPiece = Vec<(usize, [f64; 4])>;
 
-/// By pieces of the curve, those of negative and of positive commands. Openings are sums of the powers' means.
-struct Moments([Vec<OnPiece>; 2]);
+/// Those of a chamber's paths. Openings are sums of the powers' means.
+struct Moments {
+    /// By pieces of the curve, those of negative and of positive commands.
+    on: [Vec<OnPiece>; 2],
+    /// No changes: zero, or NaN where openings are not known.
+    none: Vec<f64>,
+}
 
 impl Moments {
+    fn of(characteristic: &Characteristic<'_>, side: Side, way: &Way, record: &Record) -> Self {
+        let of_row = |parts: &[(f64, f64)]| if parts.is_empty() { f64::NAN } else { 0.0 };
+        let on = characteristic.pieces.each_ref().map(|pieces| vec![Vec::new(); pieces.len()]);
+        let mut out = Self { on, none: way.by_sample().map(of_row).collect() };
+        let mut near = 0;
+        for (k, parts) in way.by_sample().enumerate() {
+            let interval_s = interval_s(record, k);
+            for (place, duration_s) in parts {
+                out.add(characteristic, characteristic.path(side, *place, &mut near), (k, duration_s / interval_s));
+            }
+        }
+        out
+    }
+
     fn add(&mut self, characteristic: &Characteristic<'_>, on: On, (sample, share): (usize, f64)) {
         let Some(piece) = characteristic.side(on.w).get(on.piece) else { return };
-        let there = &mut self.0[usize::from(on.w >= 0.0)][on.piece];
+        let there = &mut self.on[usize::from(on.w >= 0.0)][on.piece];
         if there.last().is_none_or(|(last, _)| *last != sample) {
             there.push((sample, [0.0; 4]));
         }
         let x = on.w.abs().min(piece.to) - piece.from;
-        let mut power = if on.w >= 0.0 { share } else { -share };
+        let mut power = on.signed(share);
         for moment in there.last_mut().iter_mut().flat_map(|(_, moments)| moments) {
             *moment += power;
             power *= x;
         }
     }
 
-    /// Adds what other pieces make of openings, sample by sample.
-    fn add_changes([own, others]: [&Characteristic<'_>; 2], moments: &Self, to: &mut [f64]) {
+    /// What other pieces change of openings, sample by sample.
+    fn changes(&self, [own, others]: [&Characteristic<'_>; 2]) -> Vec<f64> {
+        let mut changes = self.none.clone();
         for side in [0, 1] {
-            for ((of_piece, own), other) in moments.0[side].iter().zip(&own.pieces[side]).zip(&others.pieces[side]) {
+            for ((of_piece, own), other) in self.on[side].iter().zip(&own.pieces[side]).zip(&others.pieces[side]) {
                 if own == other {
                     continue;
                 }
                 let by: [f64; 4] = core::array::from_fn(|power| other.coefficients[power] - own.coefficients[power]);
                 for (sample, moments) in of_piece {
-                    to[*sample] += moments.iter().zip(by).map(|(moment, by)| moment * by).sum::<f64>();
+                    changes[*sample] += moments.iter().zip(by).map(|(moment, by)| moment * by).sum::<f64>();
                 }
             }
         }
+        changes
     }
 }
 
 impl<'a> Along<'a> {
-    /// `None` without a table.
-    pub(super) fn of(plant: &'a Plant<f64>, places: &Places, record: &Record) -> Option<Self> {
+    /// `None` without a table. `way`: of the spool, as a chamber feels it.
+    pub(super) fn of(plant: &'a Plant<f64>, way: impl Fn(Side) -> Arc<Way>, record: &Record) -> Option<Self> {
         let characteristic = Characteristic::of(plant);
         if characteristic.pieces.iter().all(Vec::is_empty) {
             return None;
         }
-        let empty = || Moments(characteristic.pieces.each_ref().map(|pieces| vec![Vec::new(); pieces.len()]));
-        let [mut of_a, mut of_b] = [(); 2].map(|()| empty());
-        let add = |way: &Way, mut to: [Option<&mut Moments>; 2]| {
-            let mut near = [0; 2];
-            for (k, parts) in way.by_sample().enumerate() {
-                let interval_s = Openings::interval_s(record, k);
-                for (place, duration_s) in parts {
-                    let (filling, exhausting) = characteristic.paths(*place, &mut near);
-                    let exhausting = exhausting.unwrap_or(filling);
-                    // A path that is closed does not say which way the others are open.
-                    let fills_a = filling.w >= 0.0 && exhausting.w >= 0.0;
-                    let of_a_and_b = if fills_a { [filling, exhausting] } else { [exhausting, filling] };
-                    for (moments, on) in to.iter_mut().zip(of_a_and_b) {
-                        if let Some(moments) = moments {
-                            moments.add(&characteristic, on, (k, duration_s / interval_s));
-                        }
-                    }
-                }
-            }
-        };
-        let has_own_edges = characteristic.exhaust_zone.is_some();
-        match &places.b {
-            Some(b) => {
-                add(&places.a, [Some(&mut of_a), None]);
-                add(b, [None, Some(&mut of_b)]);
-            }
-            None => add(&places.a, [Some(&mut of_a), has_own_edges.then_some(&mut of_b)]),
-        }
-        let of_row = |parts: &[(f64, f64)]| if parts.is_empty() { f64::NAN } else { 0.0 };
-        let none = places.a.by_sample().map(of_row).collect();
-        let moments = if has_own_edges || places.b.is_some() { vec![of_a, of_b] } else { vec![of_a] };
-        Some(Self { characteristic, none, moments })
+        let moments = of_both(plant, |side| Arc::new(Moments::of(&characteristic, side, &way(side), record)));
+        Some(Self { characteristic, moments })
     }
 
     /// The changes to the openings of a plant with other openings in its table, its spool at the same places; `None` if it differs
     /// otherwise.
     pub(super) fn changes_to(&self, other: &Plant<f64>) -> Option<Openings> {
         let (own, others) = (&self.characteristic, Characteristic::of(other));
-        let but_curve = |plant: &Plant<f64>| Path { curve: None, ..Path::of(plant) };
-        (but_curve(own.plant) == but_curve(other) && own.joined_like(&others)).then(|| self.changes_by_pieces(&others))
-    }
-
-    /// The changes by other pieces with the spool and the dead zone as they are.
-    fn changes_by_pieces(&self, others: &Characteristic<'_>) -> Openings {
-        let mut of_paths = self.moments.iter().map(|moments| {
-            let mut changes = self.none.clone();
-            Moments::add_changes([&self.characteristic, others], moments, &mut changes);
-            Arc::new(changes)
-        });
-        let a = of_paths.next().unwrap_or_default();
-        let b = of_paths.next().unwrap_or_else(|| Arc::clone(&a));
-        Openings { a, b }
+        let but_curve = |plant: &Plant<f64>, side: Side| Path { curve: None, ..Path::of(plant, side) };
+        let as_they_are = [Side::A, Side::B].iter().all(|side| but_curve(own.plant, *side) == but_curve(other, *side));
+        let change = |side: Side| Arc::new(self.moments[side as usize].changes([own, &others]));
+        (as_they_are && own.joined_like(&others)).then(|| Openings(of_both(other, change)))
     }
 }
 
@@ -376,8 +339,8 @@ mod tests {
                 .with(Effect::LineDelay, &[delay_s]);
             let plant = Plant::new(&file.rig, &effects).unwrap();
             let all = openings(&record, &plant);
-            let some = openings_at(&places(&record, &plant, Some(&stretches)), &record, &plant);
-            for (k, (one, other)) in all.a.iter().zip(&*some.a).enumerate() {
+            let some = openings_along(&way(&record, &plant, Side::A, Some(&stretches)), &record, (&plant, Side::A));
+            for (k, (one, other)) in all.of(Side::A).iter().zip(&some).enumerate() {
                 let wanted = stretches.iter().any(|stretch| stretch.range().contains(&k));
                 assert!(if wanted { (one - other).abs() < 1.0e-12 } else { other.is_nan() }, "{k}: {one} {other}");
             }
@@ -428,13 +391,15 @@ mod tests {
         for overlap_v in [0.0, 0.01] {
             file.rig.valve.exhaust_overlap_v = overlap_v;
             let plant = Plant::new(&file.rig, &Effects::none()).unwrap();
-            let at = places(&record, &plant, None);
-            let (as_is, along) = (openings_at(&at, &record, &plant), Along::of(&plant, &at, &record).expect("a table"));
+            let way = |side: Side| Arc::new(way(&record, &plant, side, None));
+            let (as_is, along) = (openings(&record, &plant), Along::of(&plant, way, &record).expect("a table"));
             // A path followed piece by piece is where the plant's opening is, to the last bit.
             let (characteristic, mut near) = (Characteristic::of(&plant), [0; 2]);
             for spool_v in (-600..600).map(|k| 0.01 * f64::from(k)) {
-                let paths = characteristic.paths(spool_v, &mut near);
-                let opening = characteristic.signed(paths, |on| characteristic.magnitude(on));
+                let opening = [Side::A, Side::B].map(|side| {
+                    let on = characteristic.path(side, spool_v, &mut near[side as usize]);
+                    on.signed(characteristic.magnitude(on))
+                });
                 assert_eq!(opening, signed_openings(&plant, spool_v), "{spool_v} V");
             }
             for (what, change) in changes {
@@ -442,7 +407,7 @@ mod tests {
                 change(&mut rig);
                 let other = Plant::new(&rig, &Effects::none()).unwrap();
                 let found = along.changes_to(&other).expect(what);
-                let exact = super::changes([&as_is, &openings_at(&at, &record, &other)]);
+                let exact = super::changes([&as_is, &openings(&record, &other)]);
                 for side in [Side::A, Side::B] {
                     let pairs = || found.of(side).iter().zip(exact.of(side));
                     assert!(

@@ -4,24 +4,24 @@
 use super::compression::{Geometry, Stroke};
 use super::correction::Correction;
 use super::force::{Forces, Timing};
-use super::opening::{Openings, Path};
-use super::valve::{Places, Travel};
+use super::opening::Path;
+use super::valve::{Travel, Way};
 use crate::data::split::Stretch;
 use plant_model::{FirstOrderLag, Side};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Signals kept of each kind: those of the hypotheses at work at the same time.
-const KEPT: usize = 24;
-/// Places of the spool are longer than all other signals, and two or three hypotheses of a Jacobian have their own.
-const PLACES_KEPT: usize = 6;
+const KEPT: usize = 48;
+/// Ways of the spool are longer than all other signals, and few hypotheses of a Jacobian have their own.
+const WAYS_KEPT: usize = 12;
 
 /// The shared signals of one log.
 #[derive(Default)]
 pub(crate) struct Signals {
-    /// The valve's openings by command path, in some stretches or all of the log.
-    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Openings>,
-    /// Where the valve's spool is, in some stretches or all of the log.
-    pub(super) places: Shared<(Travel, Option<Vec<Stretch>>), Places, PLACES_KEPT>,
+    /// The openings of a chamber's paths, in some stretches or all of the log.
+    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Vec<f64>>,
+    /// Where the valve's spool is, as a chamber feels it, in some stretches or all of the log.
+    pub(super) ways: Shared<(Travel, Option<Vec<Stretch>>), Way, WAYS_KEPT>,
     /// What the piston's motion does to the chambers' air in some stretches.
     pub(super) compression: Shared<(Geometry, Vec<Stretch>), Vec<Stroke>>,
     /// How the predictions of a chamber's pressure are judged and corrected in some stretches.

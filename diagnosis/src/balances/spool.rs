@@ -1,6 +1,6 @@
 //! The spool between two changes of its target: `m tau^2 w'' + tau w' + w = u`, solved exactly (see the effect `valve-lag`).
 
-use super::decay::{Decay, LastTwo};
+use super::decay::{Decay, LastFew};
 use plant_model::effects::ValveLagTerms as Terms;
 
 /// After so many times the slower of its time constants nothing is left of where a spool began that an `f64` could tell: `ln 2^53`.
@@ -16,7 +16,7 @@ pub(super) fn memory_s(lag: &Terms<f64>) -> f64 {
 pub(super) struct Spool {
     lag: Terms<f64>,
     decay: Decay,
-    responses: LastTwo<Response>,
+    responses: LastFew<Response>,
     place_v: f64,
     velocity_v_per_s: f64,
 }
@@ -25,7 +25,7 @@ impl Spool {
     /// A spool at rest at 0 V; `None` where its lag is too short to be told from none.
     pub(super) fn of(lag: Terms<f64>) -> Option<Self> {
         let decay = Decay::of(lag.time_constant_s)?;
-        Some(Self { lag, decay, responses: LastTwo::none(), place_v: 0.0, velocity_v_per_s: 0.0 })
+        Some(Self { lag, decay, responses: LastFew::none(), place_v: 0.0, velocity_v_per_s: 0.0 })
     }
 
     pub(super) fn place_v(&self) -> f64 {

@@ -4,23 +4,24 @@ use super::spool::{self, Spool};
 use crate::constants;
 use crate::data::record::Record;
 use crate::data::split::Stretch;
-use plant_model::Plant;
 use plant_model::effects::ValveLagTerms as Terms;
+use plant_model::{Plant, Side};
 
-/// The parameters that the spool's places depend on.
+/// The parameters that the spool's way, as a chamber feels it, depends on. The points of an opening table and a dead zone change nothing
+/// of it.
 #[derive(PartialEq)]
 pub(super) struct Travel {
     max_voltage_v: f64,
-    line_delays_s: [f64; 2],
+    line_delay_s: f64,
     play_half_width_v: f64,
     lag: Terms<f64>,
 }
 
 impl Travel {
-    pub(super) fn of(plant: &Plant<f64>) -> Self {
+    pub(super) fn of(plant: &Plant<f64>, side: Side) -> Self {
         Self {
             max_voltage_v: plant.coefficients().max_voltage_v,
-            line_delays_s: plant.line_delays_s(),
+            line_delay_s: plant.line_delays_s()[side as usize],
             play_half_width_v: plant.added().valve_hysteresis.half_width_v,
             lag: plant.added().valve_lag,
         }
@@ -38,13 +39,6 @@ fn followed(t_s: &[f64], wanted: &[bool], before_s: f64) -> Vec<bool> {
         out[k] = next_s - t_s[k] <= before_s;
     }
     out
-}
-
-/// Where the spool is, as the chambers feel it. The points of an opening table and a dead zone change nothing of it.
-pub(super) struct Places {
-    pub(super) a: Way,
-    /// Of B, whose hose delays it by other than A's; `None` where both feel the same.
-    pub(super) b: Option<Way>,
 }
 
 /// Where the spool is in the course of a log.
@@ -67,15 +61,9 @@ impl Way {
     }
 }
 
-/// The places of the spool, in some stretches if there are any.
-pub(super) fn places(record: &Record, plant: &Plant<f64>, stretches: Option<&[Stretch]>) -> Places {
-    let [a_s, b_s] = plant.line_delays_s();
-    let way = |delay_s: f64| way(record, plant, delay_s, stretches);
-    Places { a: way(a_s), b: plant.feels_apart().then(|| way(b_s)) }
-}
-
-/// The places of the spool as they are felt after a delay.
-fn way(record: &Record, plant: &Plant<f64>, delay_s: f64, stretches: Option<&[Stretch]>) -> Way {
+/// The way of the spool as a chamber feels it, in some stretches if there are any.
+pub(super) fn way(record: &Record, plant: &Plant<f64>, side: Side, stretches: Option<&[Stretch]>) -> Way {
+    let delay_s = plant.line_delays_s()[side as usize];
     let mut wanted = vec![stretches.is_none(); record.len()];
     stretches.into_iter().flatten().for_each(|stretch| wanted[stretch.range()].fill(true));
     let c = plant.coefficients();
