@@ -358,7 +358,7 @@ constants! {
         most_parts: f64 = 40.0, "",
             "An interval is divided into no more parts.",
             "numerical: bounds the cost";
-        spool_travel: f64 = 0.001, "of full voltage",
+        spool_travel: f64 = 0.005, "of full voltage",
             "A lagging spool that travels farther between two rows is followed in parts.",
             "numerical: the opening is straight over less";
         spool_parts: usize = 4, "",

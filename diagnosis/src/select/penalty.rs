@@ -9,6 +9,7 @@ use crate::estimate::passed_on::more_noise_passed_on;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::{Parameter, Slot};
+use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
 
 /// The gain in log-likelihood required of an effect: its penalty, and enough to matter in the channels it acts on,
@@ -98,6 +99,18 @@ pub(crate) fn negligible(fit: &Fit, effect: Effect) -> bool {
 pub(crate) fn uncertain(fit: &Fit, effect: Effect) -> bool {
     let Some(covariance) = &fit.covariance else { return false };
     presence(fit, effect).all(|(place, _, away)| away < constants::sure() * covariance[(place, place)].max(0.0).sqrt())
+}
+
+/// Whether the parameters of an effect are away from neutral together, though each may be neutral by itself: the log tells only what they
+/// do together, and that another effect may do as well. Where errors are too large for both the gain says more than they do.
+pub(crate) fn told_only_together(fit: &Fit, effect: Effect) -> bool {
+    let Some(covariance) = fit.covariance.as_ref().filter(|_| uncertain(fit, effect)) else { return false };
+    let present: Vec<(usize, f64)> =
+        presence(fit, effect).map(|(place, p, _)| (place, fit.hypothesis.values[place] - p.neutral)).collect();
+    let away = DVector::from_iterator(present.len(), present.iter().map(|(_, away)| *away));
+    let of_effect = DMatrix::from_fn(present.len(), present.len(), |i, j| covariance[(present[i].0, present[j].0)]);
+    let squared = of_effect.cholesky().map_or(0.0, |factor| away.dot(&factor.solve(&away)));
+    squared > constants::sure().powi(2)
 }
 
 /// Whether a parameter of an effect ends at a bound that is not its neutral value: then the log gives no value for it, and what the
@@ -195,7 +208,6 @@ mod tests {
     use super::*;
     use crate::data::quality::Quality;
     use crate::model::hypothesis::Hypothesis;
-    use nalgebra::DMatrix;
     use rig_files::RigFile;
 
     /// A fit with one effect at some values, and with a standard error for its parameters.
@@ -245,6 +257,22 @@ mod tests {
             (Effect::SupplyDroop, &[0.0, 0.3], false),
         ] {
             assert_eq!(ends_at_bound(&fit(effect, values, 0.1), effect), expected, "{effect} {values:?}");
+        }
+    }
+
+    #[test]
+    fn parameters_that_are_away_from_neutral_only_together_are_told_apart_from_uncertain_ones() {
+        for (values, std_error, correlation, expected) in [
+            // Their difference is ten times as certain as each of them.
+            ([0.99, 1.003], 0.006, 0.99, true),
+            ([0.99, 1.003], 0.006, 0.0, false),
+            ([0.95, 1.003], 0.006, 0.99, false),
+        ] {
+            let mut fit = fit(Effect::PistonArea, &values, std_error);
+            let variance = std_error * std_error;
+            let covariance = DMatrix::from_fn(2, 2, |i, j| if i == j { variance } else { correlation * variance });
+            fit.covariance = Some(covariance);
+            assert_eq!(told_only_together(&fit, Effect::PistonArea), expected, "{values:?} {correlation}");
         }
     }
 

@@ -10,6 +10,7 @@ use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::Parameter;
 use crate::outcome::{Balance, Cause};
+use crate::select::penalty::told_only_together;
 use crate::select::search::Found;
 use nalgebra::{DMatrix, DVector};
 use plant_model::Effect;
@@ -91,7 +92,8 @@ pub(crate) fn judge(
             confirmed && singly.get(place).is_none_or(|confirmed| *confirmed) && counts(place, cause, effect);
         let shadow =
             without(place).is_some_and(|without| !takes_more_than_is_left(problem, without, *effect, balances));
-        closed(effect) && confirmed && large && !trifle && !shadow
+        let certain = !told_only_together(&found.best, *effect);
+        closed(effect) && confirmed && large && !trifle && !shadow && certain
     };
     let (mut causes, mut leads) = (Vec::new(), Vec::new());
     for (place, (cause, effect)) in all.into_iter().zip(&found.best.hypothesis.effects).enumerate() {
