@@ -134,6 +134,16 @@ pub struct Balance {
     pub peak: Option<Peak>,
 }
 
+impl Balance {
+    /// Whether it is closed although it errs longer than noise: a measured supply that varies by itself.
+    #[must_use]
+    pub fn varies_by_itself(&self) -> bool {
+        self.channel == Channel::Supply
+            && self.closed
+            && self.remaining_dispersion >= constants::closed_dispersion_mass()
+    }
+}
+
 /// One figure per predicted channel; `null` where the channel was not measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PerChannel {

@@ -5,11 +5,21 @@
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// A drift has a knot every so many seconds. Of a period of four steps the spline keeps 99 %; a droop takes less than a second.
-const KNOT_S: f64 = 5.0;
+/// How fast a drift may be.
+#[derive(Clone, Copy)]
+pub(super) struct Pace {
+    /// It has a knot every so many seconds. Of a period of four steps the spline keeps 99 %.
+    knot_s: f64,
+    /// At most so many steps between knots: a longer log has them farther apart.
+    most_steps: f64,
+}
 
-/// At most so many steps between knots: a longer log has them farther apart.
-const MOST_STEPS: f64 = 60.0;
+impl Pace {
+    /// Slow against a droop, which takes less than a second.
+    pub(super) const SLOW: Self = Self { knot_s: 5.0, most_steps: 60.0 };
+    /// As fast as a vessel empties, and a compressor starts and stops: beside it a droop would hide.
+    pub(super) const FAST: Self = Self { knot_s: 0.5, most_steps: 300.0 };
+}
 
 /// A drift by row of a log, Pa, and what its size costs: half the sum of the squares of the spline's coefficients, in standard deviations.
 pub(crate) struct Drift {
@@ -30,10 +40,11 @@ pub(super) fn drift(
     (t_s, off_pa): (&[f64], &[f64]),
     level: impl Iterator<Item = Range<usize>>,
     [noise_pa, usual_pa]: [f64; 2],
+    pace: Pace,
 ) -> Drift {
     let none = || Drift { off_pa: vec![0.0; t_s.len()], cost: 0.0 };
     let (Some(first), Some(last)) = (t_s.first(), t_s.last()) else { return none() };
-    let step_s = KNOT_S.max((last - first) / MOST_STEPS);
+    let step_s = pace.knot_s.max((last - first) / pace.most_steps);
     let place = |t_s: &f64| {
         let steps = (t_s - first) / step_s;
         (steps as usize, splines(steps.fract()))
@@ -92,7 +103,7 @@ mod tests {
         let off = |period_s: f64| {
             let wave = |t: &f64| 7.0e3 * (core::f64::consts::TAU * (t - t_s[0]) / period_s).sin();
             let of_sensor: Vec<f64> = t_s.iter().map(wave).collect();
-            let found = drift((&t_s, &of_sensor), std::iter::once(0..t_s.len()), NOISE_AND_USUAL_PA);
+            let found = drift((&t_s, &of_sensor), std::iter::once(0..t_s.len()), NOISE_AND_USUAL_PA, Pace::SLOW);
             let pairs = found.off_pa.iter().zip(&of_sensor);
             (pairs.map(|(found, true_)| (found - true_).powi(2)).sum::<f64>() / 40_000.0).sqrt()
         };
@@ -105,10 +116,10 @@ mod tests {
         let t_s = times_s();
         let mut off_pa = vec![5.0e3; t_s.len()];
         off_pa[100..200].fill(f64::NAN);
-        let found = drift((&t_s, &off_pa), std::iter::once(0..t_s.len()), NOISE_AND_USUAL_PA);
+        let found = drift((&t_s, &off_pa), std::iter::once(0..t_s.len()), NOISE_AND_USUAL_PA, Pace::SLOW);
         assert!(found.off_pa.iter().all(|off| off.abs() < 1.0e-3) && found.cost < 1.0e-9, "{}", found.cost);
         for (t_s, off_pa) in [(&[][..], &[][..]), (&[1.0], &[2.0]), (&[1.0, 2.0], &[f64::NAN, f64::NAN])] {
-            let found = drift((t_s, off_pa), std::iter::once(0..t_s.len()), NOISE_AND_USUAL_PA);
+            let found = drift((t_s, off_pa), std::iter::once(0..t_s.len()), NOISE_AND_USUAL_PA, Pace::SLOW);
             assert!(found.off_pa.len() == t_s.len() && found.off_pa.iter().all(|off| *off == 0.0));
         }
     }

@@ -1,6 +1,6 @@
 //! The supply pressure at the valve: as measured; else as the model says, constant or drooping with the flow drawn.
 
-use super::drift::{Drift, drift};
+use super::drift::{Drift, Pace, drift};
 use super::judged::judged;
 use super::opening::Openings;
 use crate::constants;
@@ -81,10 +81,16 @@ fn sigma_pa(record: &Record) -> f64 {
 
 /// What a prediction is off by at each sample, in Pa, NaN where that is not known; and its slow drift. Where the log begins a drift passes
 /// for a droop until that has settled.
-pub(crate) fn drifting(
+pub(crate) fn drifting(record: &Record, plant: &Plant<f64>, supply: (&[f64], f64)) -> (Vec<f64>, Drift) {
+    drifting_at(record, plant, supply, Pace::SLOW)
+}
+
+/// The same with a drift that may be faster.
+fn drifting_at(
     record: &Record,
     plant: &Plant<f64>,
     (predicted, sensor_pa): (&[f64], f64),
+    pace: Pace,
 ) -> (Vec<f64>, Drift) {
     let known_s = record.t_s.first().map_or(0.0, |first| first + BEGINNING_S);
     let mut off_pa = vec![f64::NAN; record.len()];
@@ -93,8 +99,26 @@ pub(crate) fn drifting(
     }
     let usual_pa = constants::regulator() * plant.coefficients().supply_pa;
     let fitted = record.stretches.iter().filter(|stretch| !stretch.held_back).map(Stretch::range);
-    let drift = drift((&record.t_s, &off_pa), fitted, [sigma_pa(record), usual_pa]);
+    let drift = drift((&record.t_s, &off_pa), fitted, [sigma_pa(record), usual_pa], pace);
     (off_pa, drift)
+}
+
+/// What is left of a measured supply that varies by itself, in units of its noise: beside a drift as fast as vessel and compressor make it.
+/// What it follows has no time for a flow that comes and goes within a second.
+pub(crate) fn beside_fast_drift(
+    record: &Record,
+    plant: &Plant<f64>,
+    stretches: &[Stretch],
+    sensor_pa: f64,
+) -> Vec<f64> {
+    let predicted = vec![plant.coefficients().supply_pa; record.len()];
+    let (off_pa, drift) = drifting_at(record, plant, (&predicted, sensor_pa), Pace::FAST);
+    record.rows_of(stretches).map(|k| told(off_pa[k], (off_pa[k] - drift.off_pa[k]) / sigma_pa(record))).collect()
+}
+
+/// An error in units of its noise; NaN where it is not known by how much the prediction is off.
+fn told(off_pa: f64, error: f64) -> f64 {
+    if off_pa.is_nan() { f64::NAN } else { judged(error) }
 }
 
 /// Measured minus predicted supply pressure, less a slow [drift](super::drift), in units of its noise and of what is not known of the flow
@@ -109,13 +133,12 @@ pub(crate) fn innovations(
     let sigma = sigma_pa(record);
     let (off_pa, drift) = drifting(record, plant, (predicted, sensor_pa));
     let error = |k: usize| (off_pa[k] - drift.off_pa[k]) / sigma;
-    let told = |k: usize, error: f64| if off_pa[k].is_nan() { f64::NAN } else { judged(error) };
     // A prior is no sum over rows, which averages of neighbours shorten.
     let drifted = drift.cost * record.averaged() as f64;
     let droop = plant.added().supply_droop;
     let droops = droop.droop_pa_s_per_kg > 0.0;
     if !droops || record.doubt_drawn_kg_per_s.is_empty() {
-        return (record.rows_of(stretches).map(|k| told(k, error(k))).collect(), drifted);
+        return (record.rows_of(stretches).map(|k| told(off_pa[k], error(k))).collect(), drifted);
     }
     // A Kalman filter of what the prediction is off by, with its variance in units of the noise's: it decays as a droop does, and what
     // is not known of the flow adds to it.
@@ -125,7 +148,7 @@ pub(crate) fn innovations(
     let mut out = Vec::with_capacity(rows.len());
     for (place, k) in rows.iter().copied().enumerate() {
         let (error, width) = (error(k) - off, 1.0 + variance);
-        out.push(told(k, error / f64::sqrt(width)));
+        out.push(told(off_pa[k], error / f64::sqrt(width)));
         if error.is_finite() {
             log_widths += 0.5 * f64::ln(width);
             off += variance / width * error;
@@ -152,6 +175,7 @@ mod tests {
     use crate::data::grid::{Between, refined};
     use crate::data::prepare::prepare;
     use crate::diagnose::diagnose;
+    use crate::outcome::Balance;
     use plant_model::{Effect, Effects};
     use rig_files::{RigFile, Verdict};
 
@@ -179,13 +203,18 @@ mod tests {
     }
 
     #[test]
-    fn a_supply_that_drifts_slowly_is_no_gap_and_hides_no_droop() {
+    fn a_supply_that_varies_by_itself_is_no_gap_and_hides_no_droop() {
         let file = RigFile::paper_a();
-        for (effects, name) in
-            [(Effects::none(), None), (Effects::none().with(Effect::SupplyDroop, &[1.0e7, 0.15]), Some("supply-droop"))]
-        {
-            // One part in a hundred, twice a minute.
-            let drift_pa = |t_s: f64| 7.0e3 * (0.2 * t_s).sin();
+        let droop = Effects::none().with(Effect::SupplyDroop, &[1.0e7, 0.15]);
+        // One part in a hundred, twice a minute; or a vessel that empties and is filled again within six seconds.
+        let slowly = |t_s: f64| 7.0e3 * (0.2 * t_s).sin();
+        let in_turns = |t_s: f64| 2.0e3 * (t_s % 6.0).min(30.0 - 5.0 * (t_s % 6.0));
+        let supplies: [(_, _, &dyn Fn(f64) -> f64); 3] = [
+            (Effects::none(), None, &slowly),
+            (droop, Some("supply-droop"), &slowly),
+            (Effects::none(), None, &in_turns),
+        ];
+        for (effects, name, drift_pa) in supplies {
             let at = |t_s: f64| (0.8 * (3.0 * t_s).sin() + 0.6 * (11.0 * t_s).sin(), drift_pa(t_s));
             let mut log = with_drift(&file, &effects, 16_000, at);
             add_noise(&mut log, 2.0e-5, 300.0);
@@ -199,6 +228,8 @@ mod tests {
                 found.balances.iter().map(|b| b.extended_misfit).collect::<Vec<_>>()
             );
             assert_eq!(found.verdict, if name.is_some() { Verdict::Explained } else { Verdict::NoGap });
+            let is_fast = drift_pa(5.0) > slowly(5.0);
+            assert_eq!(found.balances.iter().any(Balance::varies_by_itself), is_fast);
             for estimate in found.causes.iter().flat_map(|cause| &cause.parameters) {
                 let true_value = if estimate.name == "time_constant_s" { 0.15 } else { 1.0e7 };
                 assert!((estimate.value / true_value - 1.0).abs() < 0.02, "{estimate:?}");

@@ -1,6 +1,7 @@
 //! Closure: whether anything beyond noise is left in a balance.
 
 use crate::balances::observers::Innovations;
+use crate::balances::supply;
 use crate::constants;
 use crate::data::channel::Channel;
 use crate::estimate::likelihood::{COST_OF_NOISE, misfit};
@@ -61,9 +62,23 @@ fn errs_below(part: &Problem<'_>, fit: &Fit, most: impl Fn(Channel) -> f64) -> b
     let judged: Vec<Channel> = judged(part).collect();
     let errs_below = |channel: &Channel| {
         misfit_of(part, &fit, *channel) < most(*channel) && dispersion[*channel as usize] < closed_dispersion(*channel)
+            || *channel == Channel::Supply && varies_by_itself(part, &fit)
     };
     let needed = [Channel::Position, Channel::PressureA, Channel::PressureB];
     needed.iter().all(|channel| judged.contains(channel)) && judged.iter().all(errs_below)
+}
+
+/// Whether a measured supply only varies by itself, and not with the flow drawn: the chambers are fed with it as measured, so that is no
+/// gap of the model. Where it droops it is judged by that.
+fn varies_by_itself(problem: &Problem<'_>, fit: &Fit) -> bool {
+    let Some(plant) = fit.hypothesis.plant(problem.rig, &fit.hypothesis.values) else { return false };
+    if plant.added().supply_droop.droop_pa_s_per_kg > 0.0 {
+        return false;
+    }
+    let sensor_pa = fit.hypothesis.supply_sensor_pa(&fit.hypothesis.values);
+    let errors = supply::beside_fast_drift(problem.record, &plant, &problem.stretches, sensor_pa);
+    let left = misfit(&errors, problem.record.averaged());
+    left < closed_cost(Channel::Supply)
 }
 
 /// Misfit of each balance without and with the causes, and whether it is closed.
@@ -74,13 +89,15 @@ pub(crate) fn balances(problem: &Problem<'_>, found: &Found, innovations: &[Inno
         .map(|channel| {
             let index = channel as usize;
             let misfit = misfit(&innovations[1].channels[index], averaged);
+            let closed = misfit < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
+                || like_noise(misfit, dispersion[index])
+                || channel == Channel::Supply && varies_by_itself(problem, &found.best);
             Balance {
                 channel,
                 nominal_misfit: misfit_of(problem, &found.null, channel),
                 extended_misfit: misfit_of(problem, &found.best, channel),
                 remaining_dispersion: dispersion[index],
-                closed: misfit < closed_cost(channel) && dispersion[index] < closed_dispersion(channel)
-                    || like_noise(misfit, dispersion[index]),
+                closed,
                 depends_on: Vec::new(),
                 peak: None,
             }

@@ -3,7 +3,7 @@
 use super::apply::Applied;
 use super::picture::{Scene, balance_name};
 use super::units::{estimate, quantity, significant, with_error};
-use super::words::{Errors, adjusted, errors, errs_more, headline, how_far, percent, sensitive, title};
+use super::words::{Errors, adjusted, errors, errs_more, headline, how_far, percent, sensitive, supply_varies, title};
 use crate::charts::{BAR, MM, scaled};
 use diagnosis::{Calibration, Cause, Channel, Diagnosis, Standing};
 use report_html::{Block, Page, Plot, Series, Table, Tone};
@@ -162,8 +162,8 @@ fn gain(page: &mut Page, diagnosis: &Diagnosis) {
          were kept back: neither choice nor fit has seen them.",
         gain.horizon_s * 1e3
     )));
-    if let Some(sensitive) = sensitive(diagnosis) {
-        page.text(sensitive);
+    for remark in [supply_varies(diagnosis), sensitive(diagnosis)].into_iter().flatten() {
+        page.text(remark);
     }
     horizons(page, diagnosis);
     page.plots(overlays(diagnosis));

@@ -99,6 +99,16 @@ pub(crate) fn sensitive(diagnosis: &Diagnosis) -> Option<String> {
     })
 }
 
+/// What is to be said of a measured supply that is no constant.
+pub(crate) fn supply_varies(diagnosis: &Diagnosis) -> Option<String> {
+    let supply = diagnosis.balances.iter().find(|balance| balance.varies_by_itself())?;
+    Some(format!(
+        "The measured supply varies by itself, and not with the flow drawn: as a constant it has {:.1} times the misfit of noise. The \
+         chambers are fed with it as measured, so that it is no gap of the model.",
+        supply.extended_misfit
+    ))
+}
+
 /// Whether what is left is below [`SMALL`] in every balance, and the whole model predicts the part held back as well as noise allows.
 fn is_small_rest(diagnosis: &Diagnosis) -> bool {
     let small = diagnosis.balances.iter().all(|balance| balance.extended_misfit < SMALL);
@@ -250,8 +260,8 @@ pub fn summary(diagnosis: &Diagnosis) -> String {
             let _ = writeln!(text, "  {name:<10}  {before} before, {after} after, {floor} from noise alone: {share}");
         }
     }
-    if let Some(sensitive) = sensitive(diagnosis) {
-        let _ = writeln!(text, "\n{sensitive}");
+    for remark in [supply_varies(diagnosis), sensitive(diagnosis)].into_iter().flatten() {
+        let _ = writeln!(text, "\n{remark}");
     }
     if let Some(next) = &diagnosis.next_experiment {
         let _ = writeln!(text, "\nNext: {next}");
