@@ -325,6 +325,12 @@ constants! {
         warmth_step_s: f64 = 0.005, "s",
             "Steps in which the temperature of a chamber's air is followed between two stretches.",
             "a fifth of the time of a fast filling";
+        initial_warmth: f64 = 0.05, "of the temperature",
+            "By so much the temperature of a chamber's air may differ from the supply's where a log begins.",
+            "15 K: what a cylinder at work keeps up with walls of 30 W/(m2 K)";
+        initial_warmth_s: f64 = 10.0, "s",
+            "So long that difference is told from the errors of a chamber with a temperature of its own.",
+            "three to ten times p V/((n-1) h S T) with 30 W/(m2 K) and 0.03 m from wall to wall: 1 to 3 s";
         chamber_settling_memory_s: f64 = 0.02, "s",
             "Time constant of the observer while it settles.",
             "a fifth of the settling time";

@@ -4,6 +4,7 @@ use super::compression::{Geometry, Place, Stroke};
 use super::correction::Correction;
 use super::decay::Decay;
 use super::in_turns::{Prediction, halves, in_turns};
+use super::initial_warmth::{self, InitialWarmth};
 use super::judged::judged;
 use crate::constants;
 use crate::data::record::Record;
@@ -43,16 +44,36 @@ pub(crate) fn innovations(
     stretches: &[Stretch],
     drives: [Option<&Drive<'_>>; 2],
 ) -> [Vec<f64>; 2] {
+    // The air's temperature goes on from each stretch to the next.
+    if plant.added().wall_heat.law.is_some() {
+        let likeliest = |drive: &Drive<'_>| {
+            let (mut errors, initial) = begun_cold(record, plant, stretches, drive);
+            initial.take_out_of(&mut errors);
+            errors
+        };
+        return drives.map(|drive| drive.map_or_else(Vec::new, likeliest));
+    }
     let alone = |drive: &Drive<'_>| {
-        // The air's temperature goes on from each stretch to the next.
-        let parts =
-            if plant.added().wall_heat.law.is_some() { [(stretches, 0), (&[][..], 0)] } else { halves(stretches) };
-        in_turns(parts.map(|part| Pressure::new(record, plant, drive, part))).concat()
+        in_turns(halves(stretches).map(|part| Pressure::new(record, plant, drive, part, 0.0))).concat()
     };
     match drives {
-        [Some(a), Some(b)] => in_turns([a, b].map(|drive| Pressure::new(record, plant, drive, (stretches, 0)))),
+        [Some(a), Some(b)] => in_turns([a, b].map(|drive| Pressure::new(record, plant, drive, (stretches, 0), 0.0))),
         one => one.map(|drive| drive.map_or_else(Vec::new, alone)),
     }
+}
+
+/// Prediction errors of a chamber whose air has a temperature of its own, as cold as the supply where the log begins, and what other
+/// [initial values](InitialWarmth) make of them.
+pub(super) fn begun_cold(
+    record: &Record,
+    plant: &Plant<f64>,
+    stretches: &[Stretch],
+    drive: &Drive<'_>,
+) -> (Vec<f64>, InitialWarmth) {
+    let begun = |warmer: f64| Pressure::new(record, plant, drive, (stretches, 0), warmer);
+    let [errors, of_warmer] = in_turns([0.0, initial_warmth::STEP].map(begun));
+    let initial = InitialWarmth::of(record, stretches, [&errors, &of_warmer]);
+    (errors, initial)
 }
 
 /// The prediction of a chamber's pressure over some stretches, one sample after the other.
@@ -75,6 +96,8 @@ pub(super) struct Pressure<'a> {
     pub(super) p: f64,
     sensed: f64,
     pub(super) warmth: f64,
+    /// By how much warmer the air is where the log begins and behind missing rows.
+    warmer: f64,
     errors: Vec<f64>,
 }
 
@@ -85,6 +108,7 @@ impl<'a> Pressure<'a> {
         plant: &'a Plant<f64>,
         drive: &'a Drive<'a>,
         (stretches, place): (&'a [Stretch], usize),
+        warmer: f64,
     ) -> Self {
         let mut out = Self {
             exchange: Exchange::new(record, plant, drive.side, drive.air),
@@ -99,7 +123,8 @@ impl<'a> Pressure<'a> {
             place,
             p: 0.0,
             sensed: 0.0,
-            warmth: 0.0,
+            warmth: warmer,
+            warmer,
             errors: Vec::with_capacity(samples(stretches)),
         };
         out.next_stretch(0);
@@ -120,6 +145,9 @@ impl<'a> Pressure<'a> {
             let until = (stretch.start, warmth_stride(record.step_s));
             let between = warmths(record, plant, side, air, (known, self.warmth), until);
             self.warmth = between.last().copied().unwrap_or(0.0);
+            if missing_between(&record.t_s, (known, stretch.start), record.quality.interval_s) {
+                self.warmth += self.warmer;
+            }
         }
         (self.k, self.end, self.stretches) = (stretch.start, stretch.end, rest);
     }

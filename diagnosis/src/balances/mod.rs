@@ -20,6 +20,7 @@ mod decay;
 mod drift;
 pub(crate) mod force;
 mod in_turns;
+mod initial_warmth;
 pub(crate) mod judged;
 pub(crate) mod linearised;
 pub(crate) mod momentum;

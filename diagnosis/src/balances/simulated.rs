@@ -40,9 +40,17 @@ pub(crate) fn stick_slip_v(t_s: f64) -> f64 {
     0.9 * (2.0 * t_s).sin() * (0.31 * t_s).sin().powi(2) + 0.1 * (9.0 * t_s).sin()
 }
 
-/// The first row of a log, the third, and so on.
+/// Every other row of a log.
 pub(crate) fn every_other(log: &Log) -> Log {
-    let rows = |signal: &[f64]| signal.iter().copied().step_by(2).collect::<Vec<f64>>();
+    rows(log, |k| k % 2 == 0)
+}
+
+/// Those rows of a log that are wanted.
+pub(crate) fn rows(log: &Log, wanted: impl Fn(usize) -> bool) -> Log {
+    let rows = |signal: &[f64]| {
+        let kept = signal.iter().enumerate().filter(|(k, _)| wanted(*k));
+        kept.map(|(_, value)| *value).collect::<Vec<f64>>()
+    };
     let column = |signal: &Option<Vec<f64>>| signal.as_deref().map(rows);
     Log {
         t_s: rows(&log.t_s),

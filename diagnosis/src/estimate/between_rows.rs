@@ -1,7 +1,7 @@
 //! Whether the log's command was held between rows, or moved on: by likelihood.
 
 use super::effort::Effort;
-use super::likelihood::loss;
+use super::likelihood::{by_chance, loss};
 use super::problem::{Fit, Problem};
 use crate::balances::between;
 use crate::balances::shared::Signals;
@@ -65,6 +65,13 @@ struct Told {
     fitted: Hypothesis,
 }
 
+impl Told {
+    /// Whether noise reaches this by chance.
+    fn is_noise(&self) -> bool {
+        self.cost < by_chance(self.noise) * self.noise
+    }
+}
+
 /// Rows as read with a command that moved.
 struct Reading {
     moved: Moved,
@@ -102,15 +109,25 @@ impl Rows<'_> {
         let Some(mut if_held) = self.told(&held.record, hypothesis, Part::Subset) else { return Some(held) };
         let mut part = Part::Subset;
         // What is like noise needs no other reading. A part may lack the commands that tell readings apart.
-        if if_held.cost < if_held.noise {
-            match self.told(&held.record, &if_held.fitted, Part::All).filter(|all| all.cost > all.noise) {
+        if if_held.is_noise() {
+            match self.told(&held.record, &if_held.fitted, Part::All).filter(|all| !all.is_noise()) {
                 Some(all) => (if_held, part) = (all, Part::All),
                 None => return Some(held),
             }
         }
+        // Nominal values that another reading bent take more than a few steps back.
         let enough = |effect: &Effect| {
-            self.told(&held.record, &hypothesis.without(*effect, self.nominal), part)
-                .is_some_and(|rest| rest.cost < rest.noise)
+            let begun = self.told(&held.record, &hypothesis.without(*effect, self.nominal), part);
+            let near = begun.filter(|rest| rest.cost < constants::like_noise() * rest.noise);
+            let to_the_end = |problem: &Problem<'_>, rest: &Told| {
+                problem.refit(rest.fitted.clone(), self.air(), constants::iterations())
+            };
+            near.is_some_and(|rest| {
+                rest.is_noise()
+                    || self
+                        .tell(&held.record, part, |problem| to_the_end(problem, &rest))
+                        .is_some_and(|rest| rest.is_noise())
+            })
         };
         if hypothesis.effects.par_iter().any(enough) {
             return Some(held);

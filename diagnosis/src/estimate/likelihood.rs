@@ -73,6 +73,12 @@ pub(crate) fn dispersion(innovations: &[f64], span: usize) -> f64 {
     median(&mut sums).map_or(1.0, |usual| (usual / MEDIAN_OF_NORMAL).powi(2).max(1.0))
 }
 
+/// The misfit that white noise reaches by chance, given its cost: half of so many squares, whose mean has the variance of two over their
+/// number.
+pub(crate) fn by_chance(noise: f64) -> f64 {
+    1.0 + constants::chance() / noise.max(1.0).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

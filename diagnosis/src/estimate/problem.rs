@@ -16,6 +16,7 @@ use crate::model::hypothesis::Hypothesis;
 use crate::model::parameter::Parameter;
 use nalgebra::DMatrix;
 use plant_model::{Effect, Plant};
+use rayon::prelude::*;
 use rig_files::RigFile;
 use std::sync::OnceLock;
 
@@ -211,15 +212,46 @@ impl<'a> Problem<'a> {
 
     /// The same problem on a subset of its data, for comparing candidates, and the ratio of all data to the subset.
     pub(crate) fn subset(&self) -> (Self, f64) {
+        self.subset_from(0)
+    }
+
+    /// The same on the subset that shows what a fit leaves: where a regular one has less than half of that beyond noise, as of a rest
+    /// between its pieces, the one that has most.
+    pub(crate) fn telling_subset(&self, fit: &Fit) -> (Self, f64) {
+        let left = |(subset, _): &(Self, f64)| {
+            let fit = subset.evaluate_as_is(fit.hypothesis.clone());
+            fit.map_or(0.0, |fit| fit.undispersed() - subset.noise_cost(subset.judgeable))
+        };
+        let all: Vec<((Self, f64), f64)> = (0..self.every_piece())
+            .into_par_iter()
+            .map(|first| self.subset_from(first))
+            .map(|subset| {
+                let left = left(&subset);
+                (subset, left)
+            })
+            .collect();
+        let most = all.iter().map(|(_, left)| *left).fold(0.0, f64::max);
+        let chosen = all.into_iter().find(|(_, left)| *left >= 0.5 * most);
+        chosen.map_or_else(|| self.subset(), |(subset, _)| subset)
+    }
+
+    /// A subset has every so many pieces of the data.
+    fn every_piece(&self) -> usize {
+        (samples(&self.stretches) as f64 * self.record.step_s.max(1.0e-6) / constants::subset_s()).round().max(1.0)
+            as usize
+    }
+
+    /// The subset whose first piece is this one.
+    fn subset_from(&self, first: usize) -> (Self, f64) {
         let count = |stretches: &[Stretch]| samples(stretches) as f64;
         let (all, interval) = (count(&self.stretches), self.record.step_s.max(1.0e-6));
-        let every = (all * interval / constants::subset_s()).round().max(1.0) as usize;
         let length = ((constants::subset_piece_s() / interval) as usize).max(1);
         let pieces = self.stretches.iter().flat_map(|stretch| {
             let starts = stretch.range().step_by(length).map(|start| (start, (start + length).min(stretch.end)));
             starts.map(|(start, end)| Stretch { start, end, ..*stretch })
         });
-        let mut stretches: Vec<Stretch> = pieces.step_by(every).collect();
+        let every = self.every_piece();
+        let mut stretches: Vec<Stretch> = pieces.skip(first).step_by(every).collect();
         stretches.retain(|piece| piece.range().len() as f64 * interval >= constants::shortest_stretch_s());
         if every == 1 || stretches.is_empty() {
             stretches.clone_from(&self.stretches);

@@ -6,6 +6,7 @@ use super::foreign_terms;
 use super::hold_out::{HORIZON_S, Predictions};
 use crate::constants;
 use crate::data::channel::{Channel, Channels};
+use crate::estimate::likelihood::by_chance;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::effects;
 use crate::model::parameter::Parameter;
@@ -260,12 +261,6 @@ fn explains_excess(problem: &Problem<'_>, without: &Fit, with: &Fit, touched: Ch
 /// noise, where it is in doubt: causes that leave less show that it is less.
 fn level(after: f64, doubted: bool) -> f64 {
     if doubted { after.min(1.0) } else { 1.0 }
-}
-
-/// The misfit that white noise reaches by chance, given its cost: half of so many squares, whose mean has the variance of two over their
-/// number.
-fn by_chance(noise: f64) -> f64 {
-    1.0 + constants::chance() / noise.max(1.0).sqrt()
 }
 
 /// What causes make of a balance.
