@@ -16,7 +16,7 @@ const S: Channels = Channel::Supply.bit();
 /// The nominal values that are corrected within their tolerance, with the channels they act on.
 ///
 /// What a rig does not have is zero, and not corrected: a valve has coefficients or conductances.
-const CORRECTED: [(&str, Channels); 24] = [
+const CORRECTED: [(&str, Channels); 27] = [
     ("valve.fill_coefficient_kg_per_s_pa", A | B),
     ("valve.exhaust_coefficient_kg_per_s_pa", A | B),
     ("valve.fill_conductance_m3_per_s_pa", A | B),
@@ -38,6 +38,9 @@ const CORRECTED: [(&str, Channels); 24] = [
     ("friction.static_n", Y),
     ("friction.viscous_n_s_per_m", Y),
     ("friction.stribeck_velocity_m_per_s", Y),
+    ("friction.stiffness_n_per_m", Y),
+    ("friction.damping_n_s_per_m", Y),
+    ("friction.breakaway_m", Y),
     (TEMPERATURE, A | B),
     (SUPPLY, A | B | S),
     (ATMOSPHERE, A | B),
@@ -55,9 +58,7 @@ const ATMOSPHERE: &str = "supply.atmosphere_pa";
 
 /// Constants of nature and geometry count as exact unless the rig file gives them a tolerance of their own: they are known
 /// far better than the default, and each is degenerate with others here.
-///
-/// Of the bristles a log shows little, and only where the piston hardly moves.
-const CORRECTED_ON_REQUEST: [(&str, Channels); 12] = [
+const CORRECTED_ON_REQUEST: [(&str, Channels); 9] = [
     ("gas.heat_capacity_ratio", A | B),
     (AREA, A | B | Y),
     (AREAS[0], A | Y),
@@ -67,9 +68,6 @@ const CORRECTED_ON_REQUEST: [(&str, Channels); 12] = [
     ("hose_b.length_m", B),
     ("cushion_a.length_m", A),
     ("cushion_b.length_m", B),
-    ("friction.stiffness_n_per_m", Y),
-    ("friction.damping_n_s_per_m", Y),
-    ("friction.breakaway_m", Y),
 ];
 
 /// What data sheets give of valves of ISO 6358, path by path: no two paths of a valve are alike. They stand for the values of
