@@ -104,7 +104,10 @@ pub(crate) fn uncertain(fit: &Fit, effect: Effect) -> bool {
 /// Whether the parameters of an effect are away from neutral together, though each may be neutral by itself: the log tells only what they
 /// do together, and that another effect may do as well. Where errors are too large for both the gain says more than they do.
 pub(crate) fn told_only_together(fit: &Fit, effect: Effect) -> bool {
-    let Some(covariance) = fit.covariance.as_ref().filter(|_| uncertain(fit, effect)) else { return false };
+    let Some(covariance) = &fit.covariance else { return false };
+    if standard_errors_away(fit, effect) > constants::by_itself() {
+        return false;
+    }
     let present: Vec<(usize, f64)> =
         presence(fit, effect).map(|(place, p, _)| (place, fit.hypothesis.values[place] - p.neutral)).collect();
     let away = DVector::from_iterator(present.len(), present.iter().map(|(_, away)| *away));
