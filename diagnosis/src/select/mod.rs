@@ -4,6 +4,7 @@ pub(crate) mod backward;
 mod breakaway;
 pub(crate) mod everyday;
 pub(crate) mod exchange;
+mod filters;
 mod first_steps;
 pub(crate) mod forward;
 pub(crate) mod held_rows;

@@ -5,6 +5,7 @@
 
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
+use super::filters::in_place_of_a_delay;
 use super::forward::{Wanted, extensions};
 use super::memory::Memory;
 use super::nominal_fit;
@@ -70,7 +71,7 @@ fn forward_selection(
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
-        let next = nominal_fit::refitted_from_momentum(problem, next);
+        let next = in_place_of_a_delay(problem, nominal_fit::refitted_from_momentum(problem, next));
         goes_on = 2.0 * rest(&next) < rest(&current);
         current = next;
     }
