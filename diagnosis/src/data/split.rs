@@ -37,7 +37,7 @@ pub(crate) fn interrupted(t_s: &[f64], k: usize, usual_s: f64) -> bool {
 
 /// Whether samples are missing between two of them.
 pub(crate) fn missing_between(t_s: &[f64], (from, to): (usize, usize), usual_s: f64) -> bool {
-    t_s[to] - t_s[from] > (constants::interruption() + (to - from - 1) as f64) * usual_s
+    t_s[to] - t_s[from] > (constants::interruption() + to.saturating_sub(from + 1) as f64) * usual_s
 }
 
 /// Cuts the samples at interruptions and where the part held back begins or ends. Writes interval, jitter and number of

@@ -21,7 +21,7 @@ pub(super) fn in_place_of_a_delay(problem: &Problem<'_>, fit: Fit) -> Fit {
     }
     let delay_s = causes.values_of(Effect::LineDelay);
     let filtered = FILTERS.iter().fold(causes.without(Effect::LineDelay, problem.nominal), |begun, filter| {
-        begun.extended_by(*filter, problem.parameters(*filter), &delay_s)
+        begun.with(*filter, problem.parameters(*filter), &delay_s, false)
     });
     let found = problem.fit_and_search(filtered, problem.judgeable, constants::iterations(), fit.cost(problem));
     found.filter(|found| penalised_cost(problem, found) < penalised_cost(problem, &fit)).unwrap_or(fit)

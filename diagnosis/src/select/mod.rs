@@ -19,5 +19,6 @@ pub(crate) mod scoring;
 pub(crate) mod screening;
 pub(crate) mod search;
 pub(crate) mod simplify;
+mod spool_order;
 pub(crate) mod ties;
 pub(crate) mod visibility;

@@ -12,6 +12,7 @@ use super::nominal_fit;
 use super::penalty::{beyond_noise, out_of_reach, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
 use super::simplify::{drop_needless_parts, drop_needless_trifles, drop_uncertain, one_of_each_tie};
+use super::spool_order::delay_in_place_of_inertia;
 use super::ties::ties;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
@@ -71,7 +72,8 @@ fn forward_selection(
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
-        let next = in_place_of_a_delay(problem, nominal_fit::refitted_from_momentum(problem, next));
+        let next = nominal_fit::refitted_from_momentum(problem, next);
+        let next = delay_in_place_of_inertia(problem, in_place_of_a_delay(problem, next));
         goes_on = 2.0 * rest(&next) < rest(&current);
         current = next;
     }
