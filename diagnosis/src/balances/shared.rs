@@ -11,7 +11,9 @@ use plant_model::{FirstOrderLag, Side};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Signals kept of each kind: those of the hypotheses at work at the same time.
-const KEPT: usize = 48;
+const KEPT: usize = 24;
+/// Both chambers have openings of their own.
+const OPENINGS_KEPT: usize = 2 * KEPT;
 /// Ways of the spool are longer than all other signals, and few hypotheses of a Jacobian have their own.
 const WAYS_KEPT: usize = 12;
 
@@ -19,7 +21,7 @@ const WAYS_KEPT: usize = 12;
 #[derive(Default)]
 pub(crate) struct Signals {
     /// The openings of a chamber's paths, in some stretches or all of the log.
-    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Vec<f64>>,
+    pub(super) openings: Shared<(Path, Option<Vec<Stretch>>), Vec<f64>, OPENINGS_KEPT>,
     /// Where the valve's spool is, as a chamber feels it, in some stretches or all of the log.
     pub(super) ways: Shared<(Travel, Option<Vec<Stretch>>), Way, WAYS_KEPT>,
     /// What the piston's motion does to the chambers' air in some stretches.

@@ -115,21 +115,14 @@ impl Rows<'_> {
                 None => return Some(held),
             }
         }
-        // Nominal values that another reading bent take more than a few steps back.
         let enough = |effect: &Effect| {
-            let begun = self.told(&held.record, &hypothesis.without(*effect, self.nominal), part);
-            let near = begun.filter(|rest| rest.cost < constants::like_noise() * rest.noise);
-            let to_the_end = |problem: &Problem<'_>, rest: &Told| {
-                problem.refit(rest.fitted.clone(), self.air(), constants::iterations())
-            };
-            near.is_some_and(|rest| {
-                rest.is_noise()
-                    || self
-                        .tell(&held.record, part, |problem| to_the_end(problem, &rest))
-                        .is_some_and(|rest| rest.is_noise())
-            })
+            let begun = self.told(&held.record, &hypothesis.without(*effect, self.nominal), part)?;
+            // Nominal values that another reading bent take more than a few steps back.
+            let to_the_end = || self.told_after(&held.record, &begun.fitted, part, constants::iterations());
+            let near = begun.cost < constants::like_noise() * begun.noise;
+            Some(near && (begun.is_noise() || to_the_end()?.is_noise()))
         };
-        if hypothesis.effects.par_iter().any(enough) {
+        if hypothesis.effects.par_iter().any(|effect| enough(effect).unwrap_or(false)) {
             return Some(held);
         }
         let read_by = |part: Part, moved: Moved, from: &Hypothesis, plant: &Plant<f64>| {
@@ -259,8 +252,12 @@ impl Rows<'_> {
 
     /// What a record tells once the hypothesis is fitted to it.
     fn told(&self, record: &Record, hypothesis: &Hypothesis, part: Part) -> Option<Told> {
-        let fit = |problem: &Problem<'_>| problem.refit(hypothesis.clone(), self.air(), constants::first_iterations());
-        self.tell(record, part, fit)
+        self.told_after(record, hypothesis, part, constants::first_iterations())
+    }
+
+    /// The same after so many steps of a fit at most.
+    fn told_after(&self, record: &Record, hypothesis: &Hypothesis, part: Part, steps: usize) -> Option<Told> {
+        self.tell(record, part, |problem| problem.refit(hypothesis.clone(), self.air(), steps))
     }
 
     /// What a record tells at a fit to it, or to a part of it.

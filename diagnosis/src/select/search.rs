@@ -5,15 +5,14 @@
 
 use super::backward::{Pruned, prune, prune_earlier};
 use super::exchange::{exchange, exchange_images, nearest_to_stated};
-use super::filters::in_place_of_a_delay;
 use super::forward::{Wanted, extensions};
 use super::memory::Memory;
 use super::nominal_fit;
 use super::penalty::{beyond_noise, out_of_reach, penalised_cost, shortfall, wide_open};
 use super::screening::screened;
 use super::simplify::{drop_needless_parts, drop_needless_trifles, drop_uncertain, one_of_each_tie};
-use super::spool_order::delay_in_place_of_inertia;
 use super::ties::ties;
+use super::two_at_once::two_at_once;
 use crate::constants;
 use crate::estimate::problem::{Fit, Problem};
 use crate::model::hypothesis::Hypothesis;
@@ -72,8 +71,7 @@ fn forward_selection(
         if penalised_cost(problem, &next) >= penalised_cost(problem, &current) {
             break;
         }
-        let next = nominal_fit::refitted_from_momentum(problem, next);
-        let next = delay_in_place_of_inertia(problem, in_place_of_a_delay(problem, next));
+        let next = two_at_once(problem, nominal_fit::refitted_from_momentum(problem, next));
         goes_on = 2.0 * rest(&next) < rest(&current);
         current = next;
     }
